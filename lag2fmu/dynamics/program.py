@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lag2fmu.dynamics.elimination import solve
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.factors import factor_and_solve, without_dampers
 from lag2fmu.dynamics.functions import Array, Function, Program, TableArgument, filling
 from lag2fmu.dynamics.kinks import switched
 from lag2fmu.dynamics.modes import ModeNumbers, sliding_forces, with_rows
@@ -106,7 +106,8 @@ def _functions(
     sliding = sliding_forces(g, equations.rows, modes, tuple(accelerations))
     p, qdd = Array("p", v.parameters), Array("qdd", v.unknowns)
     state = (Array("t", (v.t,), True), Array("x", v.states), Array("u", v.signals), p)
-    factor, solution = _factor_and_solve(equations, state)
+    stepped, solution = factor_and_solve(equations, sparse.dampers.entries if sparse else equations.entries, state)
+    factor = without_dampers(g, stepped, sparse.dampers) if sparse else stepped
     dense = any(node == g.zero for array, _, node in factor.results if array == "pivots")
     doc = "Momenta, energies and outputs y."
     functions = (
@@ -120,7 +121,7 @@ def _functions(
         *(_canonical(equations, state) if variational else ()),
         filling("mechanism_locals", doc, (*state, qdd), y=(node for _, node in equations.locals())),
         *rows_in_all_modes(equations, sliding, state, qdd),
-        *time_stepping_rows(equations, sparse, state, qdd, factor),
+        *time_stepping_rows(equations, sparse, state, qdd, stepped),
         *_tangents(
             differentiate(equations, sliding), state, qdd, len(equations.constraints) > 0, len(equations.rows) > 0
         ),
@@ -189,18 +190,6 @@ def _dynamics(equations: EquationsOfMotion, state: tuple[Array, ...]) -> Functio
     forcing = tuple(("f", i, node) for i, node in enumerate(equations.forcing))
     doc = "Mass matrix M (n x n, row-major, lower triangle only) and forcing f of M qdd = f."
     return Function("mechanism_dynamics", doc, state, ("M", "f"), (*triangle, *forcing))
-
-
-def _factor_and_solve(equations: EquationsOfMotion, state: tuple[Array, ...]) -> tuple[Function, Function]:
-    """Two functions that solve M a = b together: the first computes w, which does not depend on b, the second a."""
-    g, n = equations.graph, len(equations.forcing)
-    rhs = tuple(g.symbol(f"rhs {i}") for i in range(n))
-    found = solve(g, equations.entries, equations.variables.qd, rhs, early=equations.method == "elimination")
-    x, pivots = (found.x, found.pivots) if found else (rhs, (g.zero,) * n)
-    w = tuple(g.frontier(x, rhs))
-    doc = "What the solution a of M a = b takes beside b, w, and the pivots."
-    factor = filling("mechanism_factor", doc, state, w=w, pivots=pivots)
-    return factor, filling("mechanism_solve", "The solution a of M a = b.", (Array("w", w), Array("b", rhs)), a=x)
 
 
 def _further(equations: EquationsOfMotion, state: tuple[Array, ...], qdd: Array) -> Iterator[Function]:

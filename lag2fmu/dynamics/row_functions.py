@@ -46,10 +46,13 @@ def time_stepping_rows(
     """What a time step needs: forces, and the rows with those entries of their Jacobian that are not 0.
 
     Positions are wanted alone, too, and forces and rates of further states once more with other velocities: each costs
-    a fraction of the whole. What does not depend on velocities is handed on.
+    a fraction of the whole. What does not depend on velocities is handed on, and so is what linear dampers pull at
+    the beginning of the step, see ``implicit_dampers``. ``factor`` is ``mechanism_factor`` of M with them.
     """
     if sparse is None:
         return
+    g, dampers = equations.graph, sparse.dampers
+    half = Array("half", (dampers.half,), scalar=True)
     permanent = sparse.contacts[0]
     forcing = tuple(("f", i, node) for i, node in enumerate(equations.forcing))
     rates = tuple(("dz", i, node) for i, node in enumerate(equations.variables.further_rates))
@@ -57,25 +60,32 @@ def time_stepping_rows(
     held = sum(row < permanent for row, *_ in sparse.entries)
     positions = tuple(("phi", row, node) for row, node in sparse.positions.items())
     velocities = tuple(("v", row, node) for row, node in enumerate(sparse.velocities))
-    still = Array("k", _still(equations, [node for *_, node in (*forcing, *rates)]))
-    handed = tuple(("k", i, node) for i, node in enumerate(still.entries))
+    still = _still(equations, [*dampers.rest, *(node for *_, node in rates)])
+    handed = tuple(("k", i, node) for i, node in enumerate((*still, *dampers.drag.values())))
+    pulls = {i: g.symbol(f"drag {i}") for i in dampers.drag}
+    kept = Array("k", (*still, *pulls.values()))
     doc = (
-        "What mechanism_factor gives, forcing f; of the rows in row_tables.h entries G, positions phi, velocities v; k."
+        "Of M + half D, D that of linear dampers, what mechanism_factor gives of M; forcing f; of the rows in "
+        "row_tables.h entries G, positions phi, velocities v; k, which the next functions take."
     )
     arrays, results = (*factor.arrays, "f", "G", "phi", "v", "k"), (*factor.results, *forcing, *entries)
-    yield Function("mechanism_stepping", doc, state, arrays, (*results, *positions, *velocities, *handed))
+    yield Function("mechanism_stepping", doc, (*state, half), arrays, (*results, *positions, *velocities, *handed))
     doc = "Of the rows in row_tables.h positions phi, of permanent constraints entries G and velocities v, too."
     results = (*entries[:held], *positions, *velocities[:permanent])
     yield Function("mechanism_placing", doc, state, ("G", "phi", "v"), results)
     doc = "Of the permanent constraints, the first rows in row_tables.h, positions phi, entries G and velocities v."
     results = tuple(result for result in results if result[0] != "phi" or result[1] < permanent)
     yield Function("mechanism_holding", doc, state, ("G", "phi", "v"), results)
-    doc = "Forcing f, with k of mechanism_stepping at the same time, positions, inputs and parameters."
-    yield Function("mechanism_forcing", doc, (*state, still), ("f",), forcing)
+    doc = (
+        "Forcing f, with k of mechanism_stepping at the same time, positions, inputs and parameters; linear dampers "
+        "pull as they did there."
+    )
+    late = tuple(("f", i, g.subtract(node, pulls[i]) if i in pulls else node) for i, node in enumerate(dampers.rest))
+    yield Function("mechanism_forcing", doc, (*state, kept), ("f",), late)
     doc = (
         "What mechanism_further gives, with k of mechanism_stepping at the same time, positions, inputs and parameters."
     )
-    yield Function("mechanism_stepped_further", doc, (*state, qdd, still), ("dz",), rates)
+    yield Function("mechanism_stepped_further", doc, (*state, qdd, kept), ("dz",), rates)
 
 
 def _still(equations: EquationsOfMotion, results: Sequence[Node]) -> tuple[Node, ...]:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 
+from lag2fmu.dynamics.implicit_dampers import ImplicitDampers
 from lag2fmu.graph.nodes import Node
 
 
@@ -21,7 +22,8 @@ class SparseRows:
     - ``blocks``: the block to which each coordinate belongs, (n,).
     - ``touched``: the blocks that each row touches, (K,).
     - ``colours``: lists of rows, one for each colour.
-    - ``velocity_forces``, ``velocity_friction``: whether the forcing, or a law of friction, contains velocities.
+    - ``dampers``: those that are linear.
+    - ``velocity_forces``, ``velocity_friction``: whether the other forces, or a law of friction, contain velocities.
     """
 
     places: tuple[int, ...]
@@ -32,6 +34,7 @@ class SparseRows:
     blocks: tuple[int, ...]
     touched: tuple[tuple[int, ...], ...]
     colours: tuple[tuple[int, ...], ...]
+    dampers: ImplicitDampers
     velocity_forces: bool
     velocity_friction: bool
 

@@ -1,8 +1,8 @@
 """The rows of all constraints for time stepping: the entries of their Jacobian that are not 0, and which rows meet.
 
 A row meets another if a multiplier of the one changes the acceleration along the other. This is so if they share a
-block: coordinates that the mass matrix or a permanent constraint ties. Rows of one colour share no block, so that one
-solution of M a = b serves all of them.
+block: coordinates that the mass matrix, a linear damper or a permanent constraint ties. Rows of one colour share no
+block, so that one solution of M a = b serves all of them.
 """
 
 from __future__ import annotations
@@ -11,10 +11,13 @@ from collections.abc import Sequence
 from itertools import accumulate
 
 from lag2fmu.dynamics.blocks import united
+from lag2fmu.dynamics.elimination import mass_matrix
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.implicit_dampers import implicit_dampers
 from lag2fmu.dynamics.modes import ModeNumbers
+from lag2fmu.dynamics.parts import Entries
 from lag2fmu.dynamics.row_tables import SparseRows
-from lag2fmu.graph.graph import Graph, Node
+from lag2fmu.graph.graph import Node
 
 
 def sparse_rows(equations: EquationsOfMotion, modes: ModeNumbers, places: Sequence[int]) -> SparseRows:
@@ -29,7 +32,8 @@ def sparse_rows(equations: EquationsOfMotion, modes: ModeNumbers, places: Sequen
     jacobian = [*permanent.jacobian, *rows.jacobian]
     velocities = [*permanent.velocities, *rows.velocities]
     positions = _positions(equations, modes)
-    blocks = _blocks(g, equations)
+    dampers = implicit_dampers(equations)
+    blocks = _blocks(equations, dampers.entries)
     touched = [{blocks[i] for i, node in enumerate(jacobian[k]) if node != g.zero} for k in order]
     rubbing = (*rows.friction, *rows.static_friction, *rows.sliding, *rows.holding)
     return SparseRows(
@@ -43,7 +47,8 @@ def sparse_rows(equations: EquationsOfMotion, modes: ModeNumbers, places: Sequen
         blocks=blocks,
         touched=tuple(tuple(sorted(blocks)) for blocks in touched),
         colours=_colours(touched),
-        velocity_forces=not {*g.cone(equations.forcing)}.isdisjoint(equations.variables.qd),
+        dampers=dampers,
+        velocity_forces=not {*g.cone(dampers.rest)}.isdisjoint(equations.variables.qd),
         velocity_friction=not {*g.cone(rubbing)}.isdisjoint(equations.variables.qd),
     )
 
@@ -67,9 +72,10 @@ def _by_contact(slips: Sequence[int], count: int) -> list[int]:
     return [*order, *range(first, count)]
 
 
-def _blocks(g: Graph, equations: EquationsOfMotion) -> tuple[int, ...]:
+def _blocks(equations: EquationsOfMotion, entries: Entries) -> tuple[int, ...]:
     """The number of the block of each coordinate, (n,); blocks are numbered in the order of their first coordinates."""
-    tied = [*equations.mass_matrix, *equations.permanent.jacobian]
+    g, qd = equations.graph, equations.variables.qd
+    tied = [*mass_matrix(g, entries, qd), *equations.permanent.jacobian]
     own = range(len(equations.mass_matrix))
     groups = united([[i] for i in own] + [[i for i in own if row[i] != g.zero] for row in tied])
     number = {i: k for k, group in enumerate(sorted(groups, key=lambda group: min(group, default=-1))) for i in group}

@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 
 from lag2fmu.analysis.stiffness import Vibration, stiffness, undamped_vibrations
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.implicit_dampers import without_linear_dampers
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import DEFAULT_SOLVER, STIFF_SOLVER, Method, TimeStepping
 
@@ -46,10 +47,10 @@ def suited_solver(equations: EquationsOfMotion, among: Collection[str]) -> tuple
 def outruns(equations: EquationsOfMotion, step: float) -> bool:
     """Whether a decay at the start is so fast that time stepping by ``step`` (s) is unstable.
 
-    Its forces of velocities are those of an explicit midpoint, found in two passes. Source: E. Hairer, G. Wanner,
-    Solving Ordinary Differential Equations II, section IV.2.
+    Linear dampers are stable with any step. Other forces of velocities are those of an explicit midpoint, found in two
+    passes. Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section IV.2.
     """
-    found = stiffness(equations)
+    found = stiffness(without_linear_dampers(equations))
     return found is not None and found.rate * step > _STABLE
 
 

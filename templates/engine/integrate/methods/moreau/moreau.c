@@ -1,6 +1,7 @@
 /* Moreau-Jean time stepping: impacts, contacts and friction obey their laws as impulses over each step, and no event is
    located. q moves on with the mean of the velocities at both ends, forces are those in the middle of the step: without
-   contacts this is the leapfrog method. The error is of first order, the cost of a step bounded whatever happens in it.
+   contacts this is the leapfrog method. Linear dampers pull with the mean velocity, so that no step is too long for
+   them. The error is of first order, the cost of a step bounded whatever happens in it.
    Moreau, Numerical aspects of the sweeping process, Comput. Methods Appl. Mech. Eng. 177, 1999. */
 #include <math.h>
 #include <string.h>
@@ -103,10 +104,10 @@ static bool find_positions(Instance *instance, Step step, const double middle[],
 }
 
 /* The velocities qd[n] at the end; in middle[2n] the mean of both ends takes the place of those at the beginning.
-   Forces and coefficients that depend on velocities belong to that mean, too. */
+   Forces and coefficients that depend on velocities belong to that mean, too. Those of linear dampers do at once. */
 static bool solve_step_velocities(Instance *instance, double time, double length, double middle[], double qd[]) {
     SolverScratch *rows = &instance->scratch.solver;
-    if (!step_middle(instance, time, middle)) {
+    if (!step_middle(instance, time, 0.5 * length, middle)) {
         tables_explain(instance, time, middle, inputs_at(instance, time));
         return false;
     }
@@ -114,7 +115,7 @@ static bool solve_step_velocities(Instance *instance, double time, double length
     if (!step_begin(instance, time, middle, length)) {
         return false;
     }
-    for (int pass = 0; pass <= (VELOCITY_FORCES != 0 || VELOCITY_FRICTION != 0); pass++) {
+    for (int pass = 0; pass <= (VELOCITY_FORCES != 0 || VELOCITY_FRICTION != 0 || (IMPLICIT_DAMPERS && instance->scratch.system.dense)); pass++) {
         if (pass > 0) {
             stepped_force(instance, time, middle);
             stepped_accelerate(instance, rows->accelerations);

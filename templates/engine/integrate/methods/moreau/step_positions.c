@@ -112,7 +112,7 @@ static void correct_middle(Instance *instance, double q[]) {
 
 /* Corrections go on until the constraints are met, which stepped_measure tells beside all else. Before the first one,
    which most steps need, the constraints are measured alone. */
-bool step_middle(Instance *instance, double time, double states[]) {
+bool step_middle(Instance *instance, double time, double half, double states[]) {
     SteppedRows *at = &instance->scratch.solver.at;
     if (HELD > 0) {
         stepped_hold(instance, time, states, at);
@@ -124,7 +124,7 @@ bool step_middle(Instance *instance, double time, double states[]) {
             correct_middle(instance, states);
             corrections++;
         }
-        regular = stepped_measure(instance, time, states, at);
+        regular = stepped_measure(instance, time, half, states, at);
     } while (regular && corrections < MOST_MIDDLE_CORRECTIONS && constraints_open(at));
     return regular;
 }

@@ -9,7 +9,7 @@
 /* Moves the q of states[2n] in the middle of a step, at a time (s), onto the permanent constraints, by the least change
    in nominal values, and measures the rows there: off them, two points of one body may not rest. Returns false, with
    instance->failure, if M is singular. */
-bool step_middle(Instance *instance, double time, double states[]);
+bool step_middle(Instance *instance, double time, double half, double states[]);
 
 /* Moves the q of states[2n] at the end of a step in the metric M of its middle: holonomic constraints and closed
    contacts to 0, no gap below 0. Returns false, with instance->failure, if constraints are not met. */

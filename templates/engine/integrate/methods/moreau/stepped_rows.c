@@ -38,14 +38,14 @@ static void find_sizes(SteppedRows *at, int rows) {
     }
 }
 
-bool stepped_measure(Instance *instance, double time, const double states[], SteppedRows *at) {
+bool stepped_measure(Instance *instance, double time, double half, const double states[], SteppedRows *at) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, pivots, N);
     System *system = &instance->scratch.system;
     const double *inputs = inputs_at(instance, time);
     memset(at->positions, 0, sizeof at->positions);
     memset(system->weight, 0, sizeof system->weight);
-    mechanism_stepping(time, states, inputs, instance->state.parameters, system->factor, pivots, system->forcing,
+    mechanism_stepping(time, states, inputs, instance->state.parameters, half, system->factor, pivots, system->forcing,
                        at->entries, at->positions, at->velocities, instance->scratch.solver.still);
     find_sizes(at, K);
     system->dense = !pivots_sound(instance, pivots);
@@ -66,7 +66,13 @@ void stepped_hold(Instance *instance, double time, const double states[], Steppe
     find_sizes(at, N_PERMANENT);
 }
 
+/* Where M is factorised densely, no damper is in it: all of them pull in the middle of the step. */
 void stepped_force(Instance *instance, double time, const double states[]) {
+    if (IMPLICIT_DAMPERS && instance->scratch.system.dense) {
+        mechanism_dynamics(time, states, inputs_at(instance, time), instance->state.parameters, instance->scratch.mass,
+                           instance->scratch.system.forcing);
+        return;
+    }
     mechanism_forcing(time, states, inputs_at(instance, time), instance->state.parameters,
                       instance->scratch.solver.still, instance->scratch.system.forcing);
 }

@@ -9,9 +9,10 @@
 /* The first row of dry frictions and of latches. */
 enum { FIRST_DRY_ROW = N_CONSTRAINTS - N_FRICTIONS - N_LATCHES, FIRST_LATCH_ROW = N_CONSTRAINTS - N_LATCHES };
 
-/* Evaluates the rows at a time (s) and states, and also forces, and M factorised, in scratch.system. Returns false,
-   with instance->failure, if M is singular. */
-bool stepped_measure(Instance *instance, double time, const double states[], SteppedRows *at);
+/* Evaluates the rows at a time (s) and states, and also forces, and M + half D factorised, in scratch.system: half (s)
+   is half the length of the step, D the matrix of linear dampers. Returns false, with instance->failure, if M is
+   singular. */
+bool stepped_measure(Instance *instance, double time, double half, const double states[], SteppedRows *at);
 
 /* Evaluates the positions of the rows, and all of permanent constraints. */
 void stepped_place(Instance *instance, double time, const double states[], SteppedRows *at);
@@ -19,7 +20,8 @@ void stepped_place(Instance *instance, double time, const double states[], Stepp
 /* Evaluates permanent constraints alone. */
 void stepped_hold(Instance *instance, double time, const double states[], SteppedRows *at);
 
-/* Evaluates the forces alone, in scratch.system, for other velocities than those of stepped_measure. */
+/* Evaluates the forces alone, in scratch.system, for other velocities than those of stepped_measure. Linear dampers, which
+   the factors take to the middle of the step, pull as they did there. */
 void stepped_force(Instance *instance, double time, const double states[]);
 
 /* The same for the derivatives of further states, as further_rates. */
