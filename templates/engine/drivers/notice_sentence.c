@@ -65,8 +65,8 @@ static void impact_sentence(const Notice *notice, char text[], size_t size) {
                  "paradox; %.400s): an impact without a collision stopped the slip; check the coefficient of friction",
                  notice->time, name);
     } else if (notice->kind == NOTICE_TWO_SOLUTIONS) {
-        snprintf(text, size, "at time %.17g s sliding friction allows two motions (Painleve's paradox; %.400s): the "
-                 "present mode goes on; check the coefficient of friction", notice->time, name);
+        snprintf(text, size, "at time %.17g s friction allows two motions (Painleve's paradox; %.400s): the present "
+                 "mode goes on; check the coefficient of friction", notice->time, name);
     } else if (notice->kind == NOTICE_POISSON) {
         snprintf(text, size, "at time %.17g s Newton's law of impact would have made the kinetic energy grow, or had "
                  "no solution (%.400s): Poisson's law was taken there; lower the restitution or the friction if that "

@@ -18,8 +18,9 @@
    none was found, or there is no memory, as problem->arena tells. */
 bool complementarity_solve(const Problem *problem, double lambda[], double w[]);
 
-/* Is there another solution with another motion, as sliding friction allows (Painleve's paradox)? Returns a row that
-   moves otherwise; -1 if there is none, or with contacts in space that stick, or too many contacts to try. */
+/* Is there another solution with another motion, as sliding friction allows (Painleve's paradox), or friction that an
+   impact has caught and that wedges a body in? Returns a row that moves otherwise; -1 if there is none, or with sliding
+   rows beside contacts in space that stick, or too many contacts to try. */
 int complementarity_other(const Problem *problem);
 
 #endif

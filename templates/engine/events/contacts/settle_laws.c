@@ -43,6 +43,17 @@ static void set_slips(Settling *settling, int contact) {
     }
 }
 
+/* An impact that has brought a contact to rest, its slips too, has pressed it: of several solutions the one goes on in
+   which it bears and sticks. A body that an impact has wedged in stays, though no force presses it there. */
+static void hold_caught(Settling *settling, int contact) {
+    const int first = SLIP_ROWS[contact], end = SLIP_ROWS[contact + 1];
+    const bool caught = settling->rebounds[contact] && end > first &&
+                        settling->row[ROW_PLACES[first]].law == ROW_TANGENTIAL;
+    for (int row = first; row < end && caught; row++) {
+        settling->row[ROW_PLACES[row]].holds = settling->row[ROW_PLACES[contact]].holds = true;
+    }
+}
+
 static void set_settled_contact(Settling *settling, int contact) {
     const State *state = &settling->instance->state;
     const int k = ROW_PLACES[contact];
@@ -55,6 +66,7 @@ static void set_settled_contact(Settling *settling, int contact) {
     }
     if (rests) {
         set_slips(settling, contact);
+        hold_caught(settling, contact);
     }
 }
 
