@@ -9,6 +9,7 @@
 #include "elimination.h"
 #include "scale.h"
 #include "shares.h"
+#include "vector_length.h"
 
 /* The equations of the rows that hold at present. */
 static void choose_present(const Elimination *e, Choice *choice) {
@@ -260,6 +261,24 @@ static bool evaluate_rows(const Problem *problem, const double scale[], const do
     return arena_leave(mark, true);
 }
 
+/* Friction inside of its limit holds: w becomes 0 there. What is left of it is the motion along which the rows that hold
+   have hardly a lever, as feet of a chain that lies almost straight, and more than rounding. */
+static void rest_inside(const Problem *problem, const double lambda[], double w[]) {
+    for (int k = 0, end; k < problem->rows; k = end) {
+        const Row *row = &problem->row[k];
+        const bool cone = row->law == ROW_TANGENTIAL && k + 1 < problem->rows &&
+                          row[1].law == ROW_TANGENTIAL && row[1].normal == row->normal;
+        end = k + (cone ? 2 : 1);
+        if (row->law != ROW_TANGENTIAL && row->law != ROW_BOUNDED) {
+            continue;
+        }
+        const double limit = row->friction * (row->law == ROW_BOUNDED ? 1.0 : lambda[row->normal]);
+        if (vector_length(lambda + k, end - k) < (1.0 - OBEYED) * limit) {
+            memset(w + k, 0, (size_t)(end - k) * sizeof(double));
+        }
+    }
+}
+
 bool complementarity_solve(const Problem *problem, double lambda[], double w[]) {
     const ArenaMark mark = arena_mark(problem->arena);
     const size_t rows = (size_t)problem->rows;
@@ -279,5 +298,9 @@ bool complementarity_solve(const Problem *problem, double lambda[], double w[]) 
     for (int i = 0; i < islands.count && solved; i++) {
         solved = solve_island(problem, &islands, i, lambda);
     }
-    return arena_leave(mark, solved && evaluate_rows(problem, islands.scale, lambda, w));
+    solved = solved && evaluate_rows(problem, islands.scale, lambda, w);
+    if (solved) {
+        rest_inside(problem, lambda, w);
+    }
+    return arena_leave(mark, solved);
 }
