@@ -66,7 +66,7 @@ step = 0.01
 
 
 def test_an_arm_that_falls_flat_comes_to_rest() -> None:
-    """Where it lies is what time stepping tells to first order. Feet that held it were told to slip, again and again."""
+    """Where it lies is what time stepping tells to first order. Feet that held it were told to slip without end."""
     located = lag2fmu.simulate(ARM, solver="dopri5")
     stepped = lag2fmu.simulate(ARM, solver="moreau", values={"solver_step": 2e-5})
     ends = located.columns(["a", "b", "a_dot", "b_dot", "x_dot"])[-1]
