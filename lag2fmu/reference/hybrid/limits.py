@@ -118,10 +118,13 @@ def _groups(free: Floats, limits: Limits) -> Iterator[tuple[Floats, NDArray[np.b
     _, group = connected_components(np.block([[together, bounds.T], [bounds, np.eye(len(bounds), dtype=bool)]]))
     r = len(shares)
     for label in np.unique(group[:r][together.diagonal()]):
-        loads, which = group[:r] == label, group[r:] == label
-        values, vectors = np.linalg.eigh(np.where(loads[:, None] & loads, shares, 0.0))
-        if which.any():
-            yield vectors[:, values > 0.5], which
+        which = group[r:] == label
+        _, values, across = np.linalg.svd(free[group[:r] == label])
+        count = int(np.sum(values > 0.5))  # they are 1 or 0
+        if (
+            which.any()
+        ):  # turned by rounding, the loads of a lone group would leave limits that they all come to at once
+            yield free if count == free.shape[1] else free @ across[:count].T, which
 
 
 def _deepest(cuts: _Cuts) -> Floats:

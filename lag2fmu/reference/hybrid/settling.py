@@ -60,8 +60,8 @@ class Settling:
             self._note_returned(begun, state, logged)
             energies = energies + gained
             due = due | _stopped(modes, struck=struck)
-            turned = self._unmoved(turned, margins, state) if struck else turned
             if struck:  # forces behind it are those of its velocities
+                turned = self._unmoved(turned, margins, state)
                 modes = replace(modes, sides=self._sides(state, modes, frozenset(), turned)[0])
             for step in (self.chosen, self._rested):
                 state, modes, gained = step(state, modes, due)
