@@ -24,6 +24,9 @@ from lag2fmu.verify.task import ROUNDING, Task
 PARTS = (8, 64)
 """The times in each step, first the one number and then the other, at which an integral is looked at that seems to be
 wrong: a pulse may lie between two times."""
+SHARPER = 0.01
+"""The tolerance of those runs, as a part of that of the run: what the interpolant of a solver step is wrong by may be
+some tolerances, and goes with it; a fault stays."""
 EXACT = 100.0
 """The tolerance over the error of what follows from the state alone; the error is no less than rounding."""
 
@@ -73,7 +76,8 @@ def _residuals(task: Task, system: HybridSystem, along: Along, options: Run) -> 
     for parts in PARTS if accuracy.step == 0.0 else ():
         if all(item.value <= item.bar for item in items if item.law in INTEGRALS):
             break
-        finer = _along(task, system, replace(options, step=task.steps[1] / parts), ())
+        finer_run = replace(options, step=task.steps[1] / parts, tolerance=SHARPER * task.tolerance)
+        finer = _along(task, system, finer_run, ())
         better = {} if finer is None else {item.law: item for item in between_points(finer, accuracy, parts)}
         items = [better.get(item.law, item) for item in items]
     return items

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from stepping import Stepping
 
 from lag2fmu import simulate
 from lag2fmu.fmu import Fmu
@@ -128,3 +129,37 @@ def test_a_load_swings_on_its_rope_with_midpoint(exported: Callable[..., Fmu]) -
     last = simulate(exported("crane", solver="midpoint"), stop_time=0.7, step=0.01)
     assert last["x"][-1] == pytest.approx(0, abs=1e-12)
     assert np.hypot(last["a"], last["b"])[-1] == pytest.approx(1.5, rel=1e-9)
+
+
+def shaken_boxes() -> str:
+    """A smooth box and a rough one that slide, on two feet each, on a table that is shaken up and down."""
+    text = 'mechanism.name = "shaken_boxes"\ngravity.acceleration = 9.81\n'
+    for i, (w, h, friction) in enumerate(((0.134, 0.222, 0.0), (0.25, 0.126, 0.6))):
+        text += f"""
+coordinates.x{i} = {{ velocity = -0.943 }}
+coordinates.y{i} = {{ start = {h}, velocity = 0.6536 }}
+coordinates.a{i} = {{ unit = "rad" }}
+bodies.b{i} = {{ mass = {1.487 + i}, inertia = 0.02, position = ["x{i}", "y{i}"], angle = "a{i}" }}
+"""
+        for k, x in enumerate((w, -w)):
+            text += f'contacts.c{i}{k}.gap = "y{i} + ({x})*sin(a{i}) - {h}*cos(a{i}) - 0.038*sin(17.2*t)"\n'
+            text += f'contacts.c{i}{k}.slip = "x{i}_dot - a{i}_dot*(({x})*sin(a{i}) - {h}*cos(a{i}))"\n'
+            text += f"contacts.c{i}{k}.friction = {friction}\n"
+    return text
+
+
+def test_boxes_leave_a_table_at_one_time_however_short_the_steps_are(exported: Callable[..., Fmu]) -> None:
+    """Where the table falls by g; what opens there first stays open beside what opens a rounding error later."""
+    leaves, rng = np.arcsin(G / (0.038 * 17.2**2)) / 17.2, np.random.default_rng(0)
+    with Stepping(exported(read(shaken_boxes(), "shaken_boxes")).path) as stepping:
+        stepping.start(tolerance=1e-6)
+        stepping.step(leaves - 1e-6)
+        state = stepping.unit.getFMUState()
+        for length in 10 ** rng.uniform(-13, -8, 400):
+            before = length * rng.uniform(0.01, 1)
+            stepping.unit.setFMUState(state)
+            stepping.time = leaves - 1e-6
+            stepping.step(1e-6 - before)
+            stepping.step(length)
+        stepping.unit.freeFMUState(state)
+    assert stepping.sentences == []

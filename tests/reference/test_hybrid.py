@@ -196,6 +196,57 @@ def test_a_contact_whose_force_came_to_zero_opens_at_once() -> None:
     assert modes.contacts == (Mode.OPEN,)
 
 
+LIMITED = """
+[mechanism]
+name = "limited"
+[coordinates]
+x = { start = 0 }
+y = { start = 0 }
+[bodies]
+slide = { mass = 1, position = ["x", 0] }
+block = { mass = 1, position = [0, "y"] }
+[forces]
+x = "-5"
+y = "4*t"
+[frictions]
+guide = { on = "x_dot", force = 2 }
+floor = { on = "y_dot", force = 1 }
+[stops]
+end = { of = "x", lower = 0 }
+"""
+
+
+def test_a_friction_that_gives_way_leaves_a_stop_with_friction_as_it_is() -> None:
+    """The slide is pressed onto its stop, whose force and its friction share the load, while the block breaks away."""
+    run = integrate(read(LIMITED, "limited"), np.linspace(0, 1, 11)).trajectory
+    assert run["y"][-1] == pytest.approx(4 * 0.75**3 / 6, rel=1e-9)
+    assert run["x"] == pytest.approx(0, abs=1e-12)
+
+
+def test_a_rebound_has_the_friction_of_its_own_velocity() -> None:
+    """Friction falls with the speed as exp(-|v|/0.05): by the other sign of v it would hold the slide at once."""
+    text = """
+    mechanism = { name = "rising" }
+    coordinates.y = { start = 1 }
+    bodies.slide = { mass = 1, position = [0, "y"] }
+    gravity = { acceleration = 9.81 }
+    frictions.guide = { on = "y_dot", force = "1 + exp(-abs(y_dot)/0.05)" }
+    stops.floor = { of = "y", lower = 0, restitution = 0.6 }
+    """
+
+    def slope(t: float, z: list[float]) -> list[float]:
+        return [z[1], -9.81 - np.sign(z[1]) * (1 + np.exp(-abs(z[1]) / 0.05))]
+
+    def bottom(t: float, z: list[float]) -> float:
+        return z[0]
+
+    bottom.terminal = True  # type: ignore[attr-defined]
+    fall = solve_ivp(slope, (0, 1), [1, -1e-300], rtol=1e-11, atol=1e-12, events=bottom)
+    run = integrate(read(text, "rising"), np.array([0.0, fall.t[-1] + 0.1])).trajectory
+    rise = solve_ivp(slope, (0, 0.1), [0, -0.6 * fall.y[1, -1]], rtol=1e-11, atol=1e-12)
+    assert run["y"][-1] == pytest.approx(rise.y[0, -1], rel=1e-8)
+
+
 def test_an_impact_brings_a_slip_to_rest() -> None:
     """A block falls on the floor, whose friction in the impact stops it: 1.5 N are held by 2 N, although 1 N rub."""
     text = """

@@ -72,6 +72,21 @@ def test_friction_of_rounding_errors_obeys_its_law(laws: Laws, speed: float) -> 
     np.testing.assert_allclose(impact.velocities, [speed * 2 / 7, 0, speed * 2 / 7, 0], rtol=1e-12, atol=1e-15)
 
 
+@pytest.mark.parametrize("friction", [0.2, 0.5, 2.0])
+@pytest.mark.parametrize("part", np.linspace(0.05, 1.35, 14))
+def test_a_rod_that_turns_down_into_the_floor_jams(laws: Laws, part: float, friction: float) -> None:
+    """One coordinate, at a ``part`` of the angle of friction from the vertical: it rebounds beyond that angle."""
+    angle, e = part * math.atan(friction), 0.8
+    lever = np.array([math.sin(angle), math.cos(angle)])  # gap and slip of the tip, of a rod of length 1
+    impact = happens(laws, [[0.143]], lever[:, None], [-8.2], rough(0, e, friction))
+    jams = part < 1
+    np.testing.assert_allclose(impact.velocities, [0.0 if jams else 8.2 * e], atol=1e-14)
+    assert impact.poisson == jams
+    normal, tangential = impact.impulses
+    assert abs(tangential) <= friction * normal * (1 + 1e-12)
+    assert normal < 1e3  # a singular problem without a solution has impulses of 1e9 that nearly solve it
+
+
 @pytest.mark.parametrize("order", [SEQUENTIAL, SIMULTANEOUS])
 def test_plastic_impacts_go_on_together(laws: Laws, order: int) -> None:
     impact = happens(laws, np.eye(3), chain(3), [1, 0, 0], smooth(0, 0.0), smooth(1, 0.0), order=order)

@@ -110,3 +110,23 @@ def test_a_pulse_between_two_points_is_no_fault(exported) -> None:
     ball = read(TUMBLING.format(*np.linalg.solve(axes, [-1.0, 0.0, 0.0]).tolist()), "tumbling")
     path = exported(ball).path
     assert {check.outcome for check in law_checks(Task(with_derived(ball), path, 1.0, 1e-6, None))} == {"ok"}
+
+
+ON_A_BELT = """
+mechanism = { name = "on_a_belt" }
+coordinates.a = { unit = "m", velocity = 0.295 }
+coordinates.b = { unit = "m", velocity = 0.295 }
+energy.kinetic = "a_dot**2/2 + b_dot**2/2"
+forces.a = "-a - 1.2*(a - b)"
+forces.b = "-b - 1.2*(b - a)"
+frictions.a = { on = "a_dot - 0.295", force = "1/(1 + 3*abs(a_dot - 0.295))" }
+frictions.b = { on = "b_dot - 0.295", force = "1.3/(1 + 3*abs(b_dot - 0.295))" }
+"""
+"""Two blocks on a belt by U. Galvanetto, S. R. Bishop, Meccanica 34 (1999) 337-347; one comes to rest at 18.72 s."""
+
+
+def test_what_an_interpolant_is_wrong_by_is_no_fault(exported) -> None:
+    """Within the last step before that time velocities are off by 3 tolerances, up and down."""
+    belt = read(ON_A_BELT, "on_a_belt")
+    path = exported(belt).path
+    assert {check.outcome for check in law_checks(Task(with_derived(belt), path, 25.0, 1e-6, None))} == {"ok"}

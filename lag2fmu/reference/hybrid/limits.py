@@ -8,7 +8,7 @@ What is cut off lies outside at any depth.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,12 @@ class Limits:
         self.tangents = np.zeros((len(found), 2, r))
         for rows, (*_, T) in zip(self.tangents, found, strict=True):
             rows[: len(T)] = T
+
+    def of(self, which: NDArray[np.bool_]) -> Limits:
+        """Those ``which`` (count,) names."""
+        found = Limits([], self.slopes.shape[1])
+        found.offsets, found.slopes, found.tangents = self.offsets[which], self.slopes[which], self.tangents[which]
+        return found
 
     def margins(self, loads: Floats) -> Floats:
         """How far the ``loads`` (r,) are within each limit."""
@@ -93,9 +99,37 @@ def inmost(least: Floats, free: Floats, limits: Limits) -> Floats:
     """The loads ``least`` + ``free`` z (r,) that are deepest within the ``limits``, to the next of DEPTHS.
 
     Of those as deep they are the nearest to ``least``. Where no loads are within the limits, it is those that are least
-    beyond them.
+    beyond them. Each group of loads that depend on each other has its own depth: a friction that gives way does not
+    draw those to their limits that share another load.
     """
-    cuts, best = _Cuts(least, free, limits), least
+    found: Floats = least.copy()
+    for loads, which in _groups(free, limits):
+        found += _deepest(_Cuts(least, loads, limits.of(which))) - least
+    return found
+
+
+def _groups(free: Floats, limits: Limits) -> Iterator[tuple[Floats, NDArray[np.bool_]]]:
+    """The free loads (r, e) of each group, which have no load and no limit in common, and its limits (count,)."""
+    from scipy.sparse.csgraph import connected_components
+
+    shares = free @ free.T  # the projector on the free loads, (r, r)
+    together = np.abs(shares) > FREE
+    bounds = ((limits.slopes != 0) | (limits.tangents != 0).any(axis=1)) & together.diagonal()
+    _, group = connected_components(np.block([[together, bounds.T], [bounds, np.eye(len(bounds), dtype=bool)]]))
+    r = len(shares)
+    for label in np.unique(group[:r][together.diagonal()]):
+        which = group[r:] == label
+        _, values, across = np.linalg.svd(free[group[:r] == label])
+        count = int(np.sum(values > 0.5))  # they are 1 or 0
+        if (
+            which.any()
+        ):  # turned by rounding, the loads of a lone group would leave limits that they all come to at once
+            yield free if count == free.shape[1] else free @ across[:count].T, which
+
+
+def _deepest(cuts: _Cuts) -> Floats:
+    """The loads (r,) that are deepest within the limits of the ``cuts``."""
+    best, limits = cuts.least, cuts.limits
     first, last = 0, len(DEPTHS)
     while first < last:  # what is too deep for all loads is the first part of the depths
         middle = 0 if first == 0 and last == len(DEPTHS) else (first + last) // 2

@@ -47,12 +47,12 @@ class Settling:
         """
         energies = np.zeros(2)
         turned = frozenset(label for label in due if label[0] in ("side", "condition"))
-        state = self._at_rest(state, modes, due)
+        state, known = self._at_rest(state, modes, due), modes.sides
         for _ in range(PASSES):
             before = modes
             modes, bilateral = self._switched(state, modes, due, turned)
-            if modes.sides != before.sides:
-                modes = self._left(state, modes)
+            if modes.sides != known:
+                modes, known = self._left(state, modes), modes.sides
                 bilateral = bilateral or self.system.constraints.m > 0  # they may have a corner there
             margins = self._margins(state)
             begun, logged = state, len(self.memory.events)
@@ -60,13 +60,15 @@ class Settling:
             self._note_returned(begun, state, logged)
             energies = energies + gained
             due = due | _stopped(modes, struck=struck)
+            if struck:  # forces behind it are those of its velocities
+                turned = self._unmoved(turned, margins, state)
+                modes = replace(modes, sides=self._sides(state, modes, frozenset(), turned)[0])
             for step in (self.chosen, self._rested):
                 state, modes, gained = step(state, modes, due)
                 energies = energies + gained
             if any(kind == "slip" and before.contacts[i] is Mode.SLIDES for kind, i in due):
                 state = self.system.projected(state, modes)  # what is left of a slip in space is no velocity
             due = _opening(due, struck=struck)
-            turned = self._unmoved(turned, margins, state) if struck else turned
             if before == modes and not struck:
                 return self.system.projected(state, modes), modes, energies
         raise self.system.stops(state.t, "the modes of contacts and switches do not come to rest")

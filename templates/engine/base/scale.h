@@ -78,7 +78,9 @@ static const double TYPED = 1e-6;
    changes by more. */
 static const double LOCATED = 1e-6;
 
-/* The same where another solver locates events, as often only at the end of its steps. */
+/* The same where another solver locates events, as often only at the end of its steps. Relative to the velocities or
+   accelerations without forces, it is also the most that forces may leave of them along a row: where none solve a
+   singular problem, those that nearly do are 1e9 times too large, and leave most of it. */
 static const double LOCATED_LOOSELY = 1e-2;
 
 /* --- times, in parts of a span */

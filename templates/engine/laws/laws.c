@@ -118,12 +118,13 @@ double laws_terms(const Laws *laws, const double x[], int k) {
 }
 
 /* Are the friction x and the slip w, of width components, within Coulomb's law or that of dry friction, whose greatest
-   force is limit? size is the sum of the terms of the rows, rounding the error that all rows leave in one. */
-static bool friction_obeyed(const double x[], const double w[], int width, double limit, double size,
+   force is limit? size is the sum of the terms of the rows, least the slip that counts as none, rounding the error that
+   all rows leave in one. */
+static bool friction_obeyed(const double x[], const double w[], int width, double limit, double size, double least,
                             double rounding) {
     const double force = vector_length(x, width), slip = vector_length(w, width);
     double difference[2];
-    if (slip <= OBEYED * size + rounding) {
+    if (slip <= least) {
         return force <= limit + OBEYED * fmax(size, limit) + rounding;
     }
     if (limit == HUGE_VAL) {
@@ -140,34 +141,42 @@ double laws_limit(const Laws *laws, const double x[], int k) {
     return laws->base[k] + (normal >= 0 ? laws->slope[k] * fmax(x[normal], 0.0) : 0.0);
 }
 
-/* The rounding error of a row that is solved together with all others: NOISE of the greatest terms of any row. */
-static double noise(const Laws *laws, const double x[]) {
-    double greatest = 0.0;
+/* What may be left of a row. */
+typedef struct {
+    double rounding; /* of one that is solved together with all others: NOISE of the greatest terms of any row */
+    double felt;     /* the part of the offsets that is the most, as it shows in the motion */
+} Rest;
+
+static Rest find_rest(const Laws *laws, const double x[]) {
+    double greatest = 0.0, offset = 0.0;
     for (int k = 0; k < laws->size; k++) {
         greatest = fmax(greatest, laws_terms(laws, x, k));
+        offset = fmax(offset, laws->terms[k]);
     }
-    return NOISE * greatest;
+    const Rest rest = {NOISE * greatest, LOCATED_LOOSELY * offset};
+    return rest;
 }
 
-static bool law_obeyed(const Laws *laws, const double x[], const double w[], double rounding, int k) {
+static bool law_obeyed(const Laws *laws, const double x[], const double w[], const Rest *rest, int k) {
     double size = laws_terms(laws, x, k);
-    if (laws->width[k] == 0) {
-        const double least = -OBEYED * size - rounding;
-        return x[k] >= least && w[k] >= least && fmin(x[k], w[k]) <= -least;
-    }
     size += laws->width[k] == 2 ? laws_terms(laws, x, k + 1) : 0.0;
+    const double least = fmin(OBEYED * size, rest->felt) + rest->rounding;
+    if (laws->width[k] == 0) {
+        const double pull = OBEYED * size + rest->rounding;
+        return x[k] >= -pull && w[k] >= -least && (x[k] <= pull || w[k] <= least);
+    }
     return laws->width[k] < 0 ||
-           friction_obeyed(x + k, w + k, laws->width[k], laws_limit(laws, x, k), size, rounding);
+           friction_obeyed(x + k, w + k, laws->width[k], laws_limit(laws, x, k), size, least, rest->rounding);
 }
 
 bool laws_obeyed(const Laws *laws, const double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
     double *w = (double *)arena_take(laws->arena, (size_t)laws->size * sizeof(double));
     bool obeyed = true;
-    const double rounding = noise(laws, x);
+    const Rest rest = find_rest(laws, x);
     laws_evaluate(laws, x, w);
     for (int k = 0; k < laws->size && obeyed; k++) {
-        obeyed = law_obeyed(laws, x, w, rounding, k);
+        obeyed = law_obeyed(laws, x, w, &rest, k);
     }
     return arena_leave(mark, obeyed);
 }

@@ -117,10 +117,11 @@ static bool gives_way(const Settling *settling, int contact) {
 }
 
 /* Has a contact just opened at this time, so that it stays open although its force is positive by rounding? The force
-   of an input that is set at this time may be so. */
+   of an input that is set at this time may be so, and that of a contact beside which another one opens. */
 static bool stays_open(const Settling *settling, int contact) {
     const State *state = &settling->instance->state;
-    const bool given = state->due[N_SWITCHES + 2 * contact] && state->event_time >= state->time;
+    const bool again = state->due[N_SWITCHES + 2 * contact] || state->events_there > 1;
+    const bool given = again && state->event_time >= state->time;
     return given && !contact_closed(state, contact) && !settling->due[2 * contact] &&
            !settling_bears(settling, contact, settling->lambda[ROW_PLACES[contact]]);
 }
