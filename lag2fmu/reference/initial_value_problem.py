@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lag2fmu.deadline import OutOfTimeError, check_time
+from lag2fmu.deadline import OutOfTimeError, check_time, seconds_left
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import composition_of
@@ -64,6 +64,7 @@ class InitialValueProblem:
         self.jumps = equations.energies.composition.jumps
         self.most: float = MAX_WITH_JUMPS if self.jumps else MAX_EVALUATIONS
         self.share = 0.0  # the share of the work done before the present run; each run is half of all work
+        self._granted = math.inf  # s, the CPU time for the present run
         self.reached = float(times[0])  # s, the greatest time that a method reached before it took too many evaluations
 
     def state(self, t: float, z: Floats) -> StateBatch:
@@ -128,7 +129,7 @@ class InitialValueProblem:
         """
         weights = np.append(self.nominal, self._energy_scale())
         atol = np.broadcast_to(rtol * weights, start.shape).ravel()
-        first, last = self.times[0], self.times[-1]
+        first, last, self._granted = self.times[0], self.times[-1], seconds_left()
         breaks = self.signals.breaks
         ends = [*np.unique(breaks[(breaks > first) & (breaks < last)]), last]
         z, t, self.evaluations, self._step = start.ravel(), first, 0, None
@@ -215,10 +216,21 @@ class InitialValueProblem:
         state = self.state(t, z)
         self._rows.look(self.equations.terms(state).mass_matrix, state)
 
+    def _comes_far(self, t: float) -> bool:
+        """Does the run, at t (s), come to half of its times before the time for it is over?
+
+        Then it is as long as a fast vibration makes it, and not stalled by stiffness: it may need any evaluations.
+        """
+        granted, done = self._granted, (t - self.times[0]) / (self.times[-1] - self.times[0])
+        if self.jumps or granted == math.inf or 2 * done * granted < granted - seconds_left():
+            return False
+        self.most = math.inf
+        return True
+
     def _slope(self, t: float, z: Floats) -> Floats:
         """dz/dt, flat; NaN where there are no accelerations, which makes the method take a shorter step."""
         self.evaluations += 1
-        if self.evaluations > self.most:
+        if self.evaluations > self.most and not self._comes_far(t):
             raise _TooLongError(t)
         check_time()
         self.last = (t, z)

@@ -276,6 +276,15 @@ def test_radau_takes_over_from_stiff_equations(monkeypatch: pytest.MonkeyPatch) 
     assert reference.trajectory["x"] == pytest.approx(np.exp([0.0, -1, -2]), rel=1e-4)
 
 
+def test_a_long_vibration_is_not_stiff(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a bound in time the explicit method goes on where it comes far: Radau needs ten times the evaluations."""
+    monkeypatch.setattr(initial_value_problem, "MAX_EVALUATIONS", 2_000)
+    with deadline.within(60.0):
+        reference = integrate(oscillator(), [0, 400.0], rtol=1e-8)
+    assert reference.method == "DOP853"
+    assert reference.evaluations > 4_000
+
+
 def test_a_run_that_is_too_long_says_which_stop_time_is_within_reach(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(initial_value_problem, "MAX_EVALUATIONS", 300)
     with pytest.raises(SimulationError, match="took 300 evaluations, as many as one run may take") as caught:
