@@ -28,7 +28,8 @@ SCIPY_METHODS = ("DOP853", "Radau")
 LONGEST_PART = 0.02
 """The longest step as a part of the run."""
 MAX_EVALUATIONS, MAX_WITH_JUMPS = 500_000, 50_000
-"""The evaluations of the equations in one run after which a method counts as failed, without and with jumps of forces.
+"""The evaluations of the equations in one run after which a method counts as failed, without and with jumps of forces;
+with a bound in time and without jumps, after which another method is tried, too, see ``_comes_far``.
 Stiff equations stall DOP853. Jumps stall every method if they hold the motion, as dry friction does."""
 
 
@@ -155,7 +156,8 @@ class InitialValueProblem:
     ) -> Floats:
         """z (b, size) at the b times ``asked``, in s, over a ``span`` without a break of the inputs inside.
 
-        They are the first of these times where the time for the work is over before.
+        They are the first of these times where the time for the work is over before, or, with a bound in time, what
+        the method may need.
         """
         import scipy.integrate
 
@@ -175,6 +177,8 @@ class InitialValueProblem:
             return np.reshape(found, (-1, len(z)))
         except _TooLongError as error:
             self.reached = max(self.reached, error.args[0])
+            if not self.jumps and self._granted < math.inf:
+                return np.reshape(found, (-1, len(z)))
             reason = f"{method} took {self.evaluations - 1} evaluations"
             remedy = "" if self.jumps else f", as many as one run may take; {self._shorter()}"
             raise SimulationError(f"{self._place(error.args[0])}: {reason}{remedy}") from None

@@ -303,6 +303,16 @@ def ticks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("ticks")
+def test_of_two_methods_the_one_that_comes_farther_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The explicit one was dropped where it had taken too many evaluations for the whole of a very long vibration."""
+    monkeypatch.setattr(initial_value_problem, "MAX_EVALUATIONS", 2_000)
+    with deadline.within(10_000.0):
+        reference = integrate(oscillator(), np.arange(100_000.0), rtol=1e-8)
+    assert reference.method == "DOP853"
+    assert 30 < reference.trajectory.time[-1] < 1000
+
+
+@pytest.mark.usefixtures("ticks")
 def test_a_run_whose_time_is_over_ends_where_it_came() -> None:
     x = coordinate("x", start=1.0)
     fast = Mechanism("fast", coordinates=[x], energy=Energy(kinetic=x.dot**2 / 2, potential=1e10 * x**2 / 2))
