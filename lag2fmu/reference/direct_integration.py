@@ -31,7 +31,7 @@ from lag2fmu.reference.hybrid.run import HybridRun, Track, started
 from lag2fmu.reference.hybrid.system import HybridSystem
 from lag2fmu.reference.initial_value_problem import SCIPY_METHODS, InitialValueProblem
 from lag2fmu.reference.integrated import Reference
-from lag2fmu.reference.paces import some_of, velocity_units
+from lag2fmu.reference.paces import some_of, swing_rates, velocity_units
 from lag2fmu.reference.signals import Inputs, signals_of
 from lag2fmu.reference.smooth_runs import SmoothRuns, start_of
 from lag2fmu.reference.state import Floats
@@ -232,7 +232,8 @@ class HybridRuns:
             system.elements.set_sides(sides)
             z, times = track.values[rows, : run.size], run.times[rows]
             inputs = {**run.signals.sampled(times), **dict(zip(run.further, z[:, 2 * n :].T, strict=True))}
-            units[group, n : 2 * n] = velocity_units(system.equations, times, z, inputs, scales)
+            rates = swing_rates(system.equations, times, z, inputs, scales)
+            units[group, n : 2 * n] = velocity_units(scales, rates)
         return units
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lag2fmu.deadline import OutOfTimeError, check_time
+from lag2fmu.deadline import OutOfTimeError, check_time, seconds_left
 from lag2fmu.errors import SimulationError
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.reference.composition import composition_of
@@ -28,7 +28,8 @@ SCIPY_METHODS = ("DOP853", "Radau")
 LONGEST_PART = 0.02
 """The longest step as a part of the run."""
 MAX_EVALUATIONS, MAX_WITH_JUMPS = 500_000, 50_000
-"""The evaluations of the equations in one run after which a method counts as failed, without and with jumps of forces.
+"""The evaluations of the equations in one run after which a method counts as failed, without and with jumps of forces;
+with a bound in time and without jumps, after which another method is tried, too, see ``_comes_far``.
 Stiff equations stall DOP853. Jumps stall every method if they hold the motion, as dry friction does."""
 
 
@@ -64,6 +65,7 @@ class InitialValueProblem:
         self.jumps = equations.energies.composition.jumps
         self.most: float = MAX_WITH_JUMPS if self.jumps else MAX_EVALUATIONS
         self.share = 0.0  # the share of the work done before the present run; each run is half of all work
+        self._granted = math.inf  # s, the CPU time for the present run
         self.reached = float(times[0])  # s, the greatest time that a method reached before it took too many evaluations
 
     def state(self, t: float, z: Floats) -> StateBatch:
@@ -128,7 +130,7 @@ class InitialValueProblem:
         """
         weights = np.append(self.nominal, self._energy_scale())
         atol = np.broadcast_to(rtol * weights, start.shape).ravel()
-        first, last = self.times[0], self.times[-1]
+        first, last, self._granted = self.times[0], self.times[-1], seconds_left()
         breaks = self.signals.breaks
         ends = [*np.unique(breaks[(breaks > first) & (breaks < last)]), last]
         z, t, self.evaluations, self._step = start.ravel(), first, 0, None
@@ -154,7 +156,8 @@ class InitialValueProblem:
     ) -> Floats:
         """z (b, size) at the b times ``asked``, in s, over a ``span`` without a break of the inputs inside.
 
-        They are the first of these times where the time for the work is over before.
+        They are the first of these times where the time for the work is over before, or, with a bound in time, what
+        the method may need.
         """
         import scipy.integrate
 
@@ -174,6 +177,8 @@ class InitialValueProblem:
             return np.reshape(found, (-1, len(z)))
         except _TooLongError as error:
             self.reached = max(self.reached, error.args[0])
+            if not self.jumps and self._granted < math.inf:
+                return np.reshape(found, (-1, len(z)))
             reason = f"{method} took {self.evaluations - 1} evaluations"
             remedy = "" if self.jumps else f", as many as one run may take; {self._shorter()}"
             raise SimulationError(f"{self._place(error.args[0])}: {reason}{remedy}") from None
@@ -215,10 +220,21 @@ class InitialValueProblem:
         state = self.state(t, z)
         self._rows.look(self.equations.terms(state).mass_matrix, state)
 
+    def _comes_far(self, t: float) -> bool:
+        """Does the run, at t (s), come to half of its times before the time for it is over?
+
+        Then it is as long as a fast vibration makes it, and not stalled by stiffness: it may need any evaluations.
+        """
+        granted, done = self._granted, (t - self.times[0]) / (self.times[-1] - self.times[0])
+        if self.jumps or granted == math.inf or 2 * done * granted < granted - seconds_left():
+            return False
+        self.most = math.inf
+        return True
+
     def _slope(self, t: float, z: Floats) -> Floats:
         """dz/dt, flat; NaN where there are no accelerations, which makes the method take a shorter step."""
         self.evaluations += 1
-        if self.evaluations > self.most:
+        if self.evaluations > self.most and not self._comes_far(t):
             raise _TooLongError(t)
         check_time()
         self.last = (t, z)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ class Reference:
     - ``error``: |difference| of the runs at rtol and 10 rtol, for q, qd, z; an estimate from above for the trajectory.
     - ``amplification`` (m,): the largest ratio until t of the distance of two runs to the distance of their starts. The
       distance is max |difference| / unit over q, qd and z, see ``integrate``.
+    - ``rates``: how fast each coordinate vibrates all along, in 1/s; none for a hybrid mechanism.
     - ``method``: the method that was used; ``evaluations``: how often it evaluated the equations.
 
     A hybrid mechanism has more. Its ``trajectory`` holds the results of contacts and frictions, and dissipated_energy,
@@ -45,6 +46,7 @@ class Reference:
     events: tuple[Event, ...] = ()
     turns: tuple[float, ...] = ()
     comparable: NDArray[np.bool_] | None = None
+    rates: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def relative_error(self) -> Floats:
@@ -64,6 +66,18 @@ class Reference:
         radians = np.pi * np.concatenate([[0.0], np.cumsum(turns, axis=0).max(axis=1, initial=0.0)])
         larger: Floats = np.maximum(np.maximum(1.0, self.amplification), radians / 100)
         return larger
+
+    def growths(self, names: Sequence[str], most: float) -> Floats:
+        """The growth for each of the ``names``, of coordinates, velocities and further states: (m, s).
+
+        A vibration adds errors for its radians although it is too small to be seen beside the nominal values, as that
+        of a stiff spring is. Up to ``most`` they count for the coordinate that vibrates.
+        """
+        rates = {**self.rates, **{velocity(name): rate for name, rate in self.rates.items()}}
+        time = self.trajectory.time - self.trajectory.time[0]
+        radians = time[:, None] * np.array([rates.get(name, 0.0) for name in names])
+        found: Floats = np.maximum(self.growth[:, None], np.minimum(most, radians / 100))
+        return found
 
     @property
     def balance(self) -> Floats:

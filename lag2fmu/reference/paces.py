@@ -1,4 +1,4 @@
-"""How fast the coordinates of a motion swing: the units in which the velocities of two runs may differ."""
+"""How fast the coordinates of a motion swing: what their errors and the differences of two runs may be."""
 
 from __future__ import annotations
 
@@ -14,15 +14,25 @@ POINTS = 20
 """Points of the motion at which the pace of each coordinate is measured."""
 
 
-def velocity_units(
-    equations: Equations, times: Floats, z: Floats, inputs: Mapping[str, ArrayLike], scales: Floats
-) -> Floats:
+def velocity_units(scales: Floats, rates: Floats) -> Floats:
     """The units of the distance of two runs in their velocities, (n,), in SI units.
 
-    A coordinate that is moved by its scale swings at the rate sqrt(|d qdd/dq|), in 1/s, the greatest along z (m, s) at
-    the ``times`` (m,), in s, with ``inputs`` {name: (m,)}. It gets velocities of scale times rate, and at least the
-    scale of the velocity; ``scales`` (s,) are those of all states. With smaller units of velocities a fast vibration
-    would look like a growing one.
+    A coordinate that is moved by its scale gets velocities of scale times rate, the greatest of the ``rates`` (m, n),
+    and at least the scale of the velocity; ``scales`` (s,) are those of all states. With smaller units of velocities a
+    fast vibration would look like a growing one.
+    """
+    n = rates.shape[1]
+    found: Floats = np.maximum(scales[n : 2 * n], scales[:n] * rates.max(axis=0))
+    return found
+
+
+def swing_rates(
+    equations: Equations, times: Floats, z: Floats, inputs: Mapping[str, ArrayLike], scales: Floats
+) -> Floats:
+    """The rates sqrt(|d qdd/dq|), in 1/s, at which each coordinate that is moved by little swings, (m, n).
+
+    They are those along z (m, s) at the ``times`` (m,), in s, with ``inputs`` {name: (m,)}; they are 0 without
+    accelerations. ``scales`` (s,) are those of all states.
     """
     n, changes = equations.n, []
     q, qd = z[:, :n], z[:, n : 2 * n]
@@ -32,8 +42,8 @@ def velocity_units(
             moved = q.copy()
             moved[:, i] += sign * change
             sides.append(equations.rates(equations.energies.state(times, moved, qd, inputs))[0][i])
-        changes.append(np.nanmax(np.nan_to_num(np.abs(sides[0] - sides[1]), posinf=0.0)) / (2 * change))
-    found: Floats = np.maximum(scales[n : 2 * n], scales[:n] * np.sqrt(changes))
+        changes.append(np.nan_to_num(np.abs(sides[0] - sides[1]), posinf=0.0) / (2 * change))
+    found: Floats = np.sqrt(changes).T
     return found
 
 

@@ -13,7 +13,7 @@ from lag2fmu.reference.energies import declared_starts
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.initial_value_problem import InitialValueProblem
 from lag2fmu.reference.integrated import Reference
-from lag2fmu.reference.paces import some_of, velocity_units
+from lag2fmu.reference.paces import some_of, swing_rates, velocity_units
 from lag2fmu.reference.signals import Signals
 from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory
@@ -47,11 +47,12 @@ class SmoothRuns:
         problem.times = self.grid[:rows]
         fine = problem.projected(problem.times, raw)
         scales = _scales(fine, problem.nominal)
-        units, problem.share = _units(problem, fine, scales), 0.5
+        rates, problem.share = _rates(problem, fine, scales), 0.5
+        units = _units(scales, rates)
         starts = np.stack([problem.start, problem.perturbed(units)])
         coarse, more = problem.solve(method, 10 * self.rtol, starts, pieces=1)
         problem.times = problem.times[: len(coarse)]
-        return _assembled(problem, fine[: len(coarse)], coarse, (scales, units), method, evaluations + more)
+        return _assembled(problem, fine[: len(coarse)], coarse, (scales, rates), method, evaluations + more)
 
 
 def start_of(equations: Equations, overrides: Mapping[str, float], time: float, signals: Signals) -> Floats:
@@ -75,13 +76,20 @@ def _scales(z: Floats, nominal: Floats) -> Floats:
     return scales
 
 
-def _units(problem: InitialValueProblem, z: Floats, scales: Floats) -> Floats:
-    """The units of the distance of two runs, (s,): the ``scales`` (s,); those of velocities may be greater."""
-    n, rows = problem.n, some_of(np.arange(len(z)))
+def _rates(problem: InitialValueProblem, z: Floats, scales: Floats) -> Floats:
+    """The rates at which the n coordinates swing at some points of z (m, s + 1), in 1/s: (k, n)."""
+    rows = some_of(np.arange(len(z)))
     times, seen = problem.times[rows], z[rows]
     inputs = {**problem.signals.sampled(times), **problem.further_of(seen)}
-    speeds = velocity_units(problem.equations, times, seen, inputs, scales)
-    return np.concatenate([scales[:n], speeds, scales[2 * n :]])
+    return swing_rates(problem.equations, times, seen, inputs, scales)
+
+
+def _units(scales: Floats, rates: Floats) -> Floats:
+    """The units of the distance of two runs, (s,): the ``scales`` (s,), of velocities greater by ``rates`` (k, n)."""
+    n = rates.shape[1]
+    units: Floats = scales.copy()
+    units[n : 2 * n] = velocity_units(scales, rates)
+    return units
 
 
 def _assembled(
@@ -94,7 +102,7 @@ def _assembled(
 ) -> Reference:
     """The record of two runs: ``fine`` (m, s + 1), ``coarse`` (m, 2, s + 1) with the perturbed one.
 
-    ``measures`` are the scales and units of q, qd and further states, (s,) each.
+    ``measures`` are the scales of q, qd and further states, (s,), and the rates (k, n) of the coordinates.
     """
     n, equations, times = problem.n, problem.equations, problem.times
     inputs = {**problem.signals.sampled(times), **problem.further_of(fine)}
@@ -112,7 +120,7 @@ def _assembled(
         columns |= dict(zip(map(name, constraints), found, strict=True))
     for energy in ("kinetic_energy", "potential_energy", "generalized_energy"):
         columns[energy] = getattr(equations, energy)(times, q, qd, inputs)
-    scales, units = measures
+    (scales, rates), units = measures, _units(*measures)
     distance = (np.abs(coarse[:, 1, : problem.size] - coarse[:, 0, : problem.size]) / units).max(axis=1, initial=0.0)
     return Reference(
         trajectory=Trajectory.of(times, columns),
@@ -120,6 +128,7 @@ def _assembled(
         scales=dict(zip(states, scales.tolist(), strict=True)),
         error=Trajectory(times, tuple(states), np.abs(fine - coarse[:, 0])[:, : problem.size]),
         amplification=np.maximum.accumulate(distance / (distance[0] or 1.0)),
+        rates=dict(zip(names, rates.min(axis=0).tolist(), strict=True)),
         method=method,
         evaluations=evaluations,
     )

@@ -2,9 +2,10 @@
 
 Errors are relative to max(range, nominal) of each coordinate, velocity and further state. Two runs whose starts differ
 by 1e-8 drift apart by the amplification A(t), in units of the motion. An error of the solver grows by the same factor,
-and a long vibration adds an error for every radian: ``Reference.growth``. The bar is 100 growth tolerance. The
-comparison ends where the bar exceeds 1e-2, because from there on two right runs may have nothing in common. This
-happens in chaotic motions, and in motions that nothing holds, such as that of an aircraft which tilts.
+and a long vibration adds an error for every radian: ``Reference.growth``, and ``growths`` of a coordinate whose
+vibration is too small to show. The bar is 100 growth tolerance. The comparison ends where the bar exceeds 1e-2,
+because from there on two right runs may have nothing in common. This happens in chaotic motions, and in motions that
+nothing holds, such as that of an aircraft which tilts.
 
 Around an event two runs of different accuracy are in different modes for a short while, and each run leaves out impacts
 lower than its tolerance. Such times are not compared.

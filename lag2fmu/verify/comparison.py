@@ -9,7 +9,7 @@ start value gives their modes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -63,7 +63,9 @@ def own_check(task: Task, reference: Reference) -> Check:
 
     It is the one until the horizon.
     """
-    worst = float((reference.relative_error / reference.growth)[_compared(task, reference)].max(initial=0.0))
+    names = reference.error.names
+    errors = reference.error.values / [reference.scales[name] for name in names]
+    worst = float((errors / _growths(task, reference, names))[_compared(task, reference)].max(initial=0.0))
     detail = "of runs at two tolerances; growth taken out"
     return Check("direct integration, own error", worst, _OWN * SAFETY * task.tolerance, detail)
 
@@ -76,7 +78,7 @@ def compare(task: Task, label: str, run: Trajectory, reference: Reference) -> Ch
     rows = on_grid(reference, run.time)
     scales = np.array([reference.scales[name] for name in task.states])
     errors = np.abs(run.columns(task.states) - reference.trajectory.columns(task.states)[rows]) / scales
-    weighed = errors.max(axis=1) / reference.growth[rows]
+    weighed = (errors / _growths(task, reference, task.states)[rows]).max(axis=1)
     compared = _compared(task, reference)[rows]
     if not compared.any():
         return Check(label, 1.0, 0.0, "no time can be compared; take a sharper --tolerance", extent=True)
@@ -88,6 +90,11 @@ def compare(task: Task, label: str, run: Trajectory, reference: Reference) -> Ch
         f"largest error {errors[compared][worst, column]:.1e} of {task.states[column]} "
         f"at t = {run.time[compared][worst]:.3g} s",
     )
+
+
+def _growths(task: Task, reference: Reference, names: Sequence[str]) -> Floats:
+    """The growth of errors for each of the ``names`` (s,) of states, (m, s)."""
+    return reference.growths(names, comparable_growth(task.tolerance))
 
 
 def _compared(task: Task, reference: Reference) -> NDArray[np.bool_]:

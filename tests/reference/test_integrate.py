@@ -276,6 +276,15 @@ def test_radau_takes_over_from_stiff_equations(monkeypatch: pytest.MonkeyPatch) 
     assert reference.trajectory["x"] == pytest.approx(np.exp([0.0, -1, -2]), rel=1e-4)
 
 
+def test_a_long_vibration_is_not_stiff(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a bound in time the explicit method goes on where it comes far: Radau needs ten times the evaluations."""
+    monkeypatch.setattr(initial_value_problem, "MAX_EVALUATIONS", 2_000)
+    with deadline.within(60.0):
+        reference = integrate(oscillator(), [0, 400.0], rtol=1e-8)
+    assert reference.method == "DOP853"
+    assert reference.evaluations > 4_000
+
+
 def test_a_run_that_is_too_long_says_which_stop_time_is_within_reach(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(initial_value_problem, "MAX_EVALUATIONS", 300)
     with pytest.raises(SimulationError, match="took 300 evaluations, as many as one run may take") as caught:
@@ -291,6 +300,16 @@ def ticks(monkeypatch: pytest.MonkeyPatch) -> None:
     """A clock that goes on by a second each time it is read, so that no test depends on the machine's speed."""
     read = itertools.count().__next__
     monkeypatch.setattr(deadline, "time", SimpleNamespace(thread_time=read, perf_counter=read))
+
+
+@pytest.mark.usefixtures("ticks")
+def test_of_two_methods_the_one_that_comes_farther_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The explicit one was dropped where it had taken too many evaluations for the whole of a very long vibration."""
+    monkeypatch.setattr(initial_value_problem, "MAX_EVALUATIONS", 2_000)
+    with deadline.within(10_000.0):
+        reference = integrate(oscillator(), np.arange(100_000.0), rtol=1e-8)
+    assert reference.method == "DOP853"
+    assert 30 < reference.trajectory.time[-1] < 1000
 
 
 @pytest.mark.usefixtures("ticks")

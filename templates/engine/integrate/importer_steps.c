@@ -21,7 +21,7 @@ static bool drifted(Instance *instance) {
     const double drift = constraints_drift(instance, state->time, state->states, state->inputs);
     const double bar = DRIFT * solver_tolerance(state);
     const bool may = drift > CLEARLY_INDEPENDENT * bar && equations_factorize(instance);
-    return drift > bar || (may && drift > constraints_firmness(instance) * bar);
+    return drift > bar || (may && drift > constraints_firmness(instance, &instance->cache.system) * bar);
 }
 
 static void note_step_end(State *state) {

@@ -28,15 +28,22 @@ bool bring_back_result(Instance *instance, Step step) {
            bring_back(instance, step.end, scratch->new_states, scratch->new_derivatives);
 }
 
+/* Does a step end near a singular position? What rows that are held or lost there leave off is taken away behind it,
+   and the rounding of the states counts for more. A contact that pushes there may come to a dead centre. */
+static bool leaves_off(const Instance *instance) {
+    const ConstraintFactorization *f = &instance->scratch.system.constraints;
+    const bool lost = f->rows == N_CONSTRAINTS && instance->state.rows_known && f->rank < instance->state.rows.rank;
+    const bool near = constraints_firmness(instance, &instance->scratch.system) <= CLEARLY_INDEPENDENT;
+    return N_UNILATERALS == 0 && (f->holding || lost || near);
+}
+
 /* Shorter steps tell an adaptive method whether a projection comes from a kink, unless a motion that is given from
-   outside jumps, or rows are held near a singular position, behind which what they left off is taken away. A contact
-   that pushes there may come to a dead centre, so that these rows tell, too. A step of one length may be coarse, and be
-   moved far without a kink; a step in real time has no time to find out. */
+   outside jumps, or the step ends near a singular position. A step of one length may be coarse, and be moved far
+   without a kink; a step in real time has no time to find out. */
 static bool is_kink(Instance *instance, Step step, bool projected) {
     const double *inputs = inputs_at(instance, step.end), bar = DRIFT * solver_tolerance(&instance->state);
     const double *from = instance->state.states, *to = instance->scratch.unprojected;
-    const bool leaves_off = N_UNILATERALS == 0 && instance->scratch.system.constraints.holding;
-    const bool tells = METHOD.error_order > 0 && N_MOTIONS == 0 && !leaves_off;
+    const bool tells = METHOD.error_order > 0 && N_MOTIONS == 0 && !leaves_off(instance);
     return (projected && tells) ||
            (!REAL_TIME && constraints_jump(instance, step.end, inputs, from, to, bar));
 }

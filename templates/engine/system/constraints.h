@@ -10,8 +10,8 @@ double constraints_drift(const Instance *instance, double time, const double sta
 
 /* The square of the part that the constraint nearest to being lost has kept of its usual distance, at least
    CLEARLY_INDEPENDENT; 1 where one is held. Errors of the states grow inversely to it, so that drift counts by as much
-   more. The cache has the system at the present point. */
-double constraints_firmness(const Instance *instance);
+   more. The system is factorised at the point that is meant. */
+double constraints_firmness(const Instance *instance, const System *system);
 
 /* The same of the velocities, at the present states. */
 double constraints_velocity_drift(const Instance *instance);

@@ -20,9 +20,9 @@ double constraints_drift(const Instance *instance, double time, const double sta
     return drift;
 }
 
-double constraints_firmness(const Instance *instance) {
+double constraints_firmness(const Instance *instance, const System *system) {
     const IndependentRows *known = &instance->state.rows;
-    const ConstraintFactorization *f = &instance->cache.system.constraints;
+    const ConstraintFactorization *f = &system->constraints;
     double least = 1.0;
     if (!instance->state.rows_known || f->holding) {
         return 1.0;

@@ -29,12 +29,17 @@ void residuals_evaluate(const Instance *instance, double time, const double stat
     }
 }
 
-double residual_unit(Level level, const double states[]) {
-    double greatest = 1.0;
-    for (int i = 0; level == VELOCITIES && i < N; i++) {
+/* The greatest velocity in nominal values (1/s). */
+static double greatest_speed(const double states[]) {
+    double greatest = 0.0;
+    for (int i = 0; i < N; i++) {
         greatest = fmax(greatest, fabs(states[N + i]) / NOMINAL_STATES[N + i]);
     }
     return greatest;
+}
+
+double residual_unit(Level level, const double states[]) {
+    return level == VELOCITIES ? fmax(1.0, greatest_speed(states)) : 1.0;
 }
 
 static double residual_of(const Values *values, Level level, int k) {
@@ -55,14 +60,14 @@ double residual_size(const Values *values, Level level, double unit, const doubl
 
 bool residuals_accepted(const Values *values, Level level, double unit, const ConstraintFactorization *constraints,
                         const double states[], bool last) {
-    const double distance = level == VELOCITIES ? sqrt(REDUNDANT) : 0.0;
+    const double distance = level == VELOCITIES ? sqrt(REDUNDANT) : 0.0, speed = greatest_speed(states);
     for (int place = 0; place < constraints->rows; place++) {
         const int k = constraints->order[place];
         double left = 0.0;
         if (place >= constraints->rank) {
             left = distance * unit * (values->units[k] - constraints_slope(values->jacobian, k));
             for (int i = 0; i < N; i++) {
-                left += distance * fabs(values->jacobian[k * N + i] * states[N + i]);
+                left += distance * speed * fabs(values->jacobian[k * N + i]) * NOMINAL_STATES[i];
             }
         }
         const double held = constraints->held[k], share = last && held > 0.0 ? 0.0 : 1.0 - held;

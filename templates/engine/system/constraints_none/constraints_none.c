@@ -73,8 +73,9 @@ void system_solve(const System *system, const double right[], const double *belo
     mass_divide(system, right, unknowns);
 }
 
-double constraints_firmness(const Instance *instance) {
+double constraints_firmness(const Instance *instance, const System *system) {
     (void)instance;
+    (void)system;
     return 1.0;
 }
 
