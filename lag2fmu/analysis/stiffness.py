@@ -10,6 +10,8 @@ G. Wanner, Solving Ordinary Differential Equations II, 2nd edition, sections IV.
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +20,7 @@ from lag2fmu.analysis.evaluation import attempted
 from lag2fmu.analysis.linearization import about_start
 from lag2fmu.analysis.modes import normal_modes
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.dynamics.terms import forcing
 
 RATIO = 1000.0
 """A mechanism is called stiff if rate / pace is at least this."""
@@ -53,6 +56,17 @@ def stiffness(equations: EquationsOfMotion) -> Stiffness | None:
     decays = -eigenvalues.real > APERIODIC * size
     duration = equations.mechanism.experiment.stop_time
     return Stiffness(rate=float(size[decays].max(initial=0.0)), pace=float(size[~decays].max(initial=1.0 / duration)))
+
+
+def without_linear_dampers(equations: EquationsOfMotion) -> EquationsOfMotion:
+    """``equations`` without what linear dampers pull: what is left to the explicit forces of a time step."""
+    from lag2fmu.dynamics.implicit_dampers import implicit_dampers
+
+    found = equations.apart()
+    g = found.graph
+    dampers = implicit_dampers(found, partial(forcing, g, found.variables))
+    residual = tuple(g.subtract(r, dampers.drag.get(i, g.zero)) for i, r in enumerate(found.residual))
+    return replace(found, forcing=dampers.rest, residual=residual, solution=None)
 
 
 class Vibration(NamedTuple):

@@ -12,7 +12,7 @@ from lag2fmu.dynamics.parts import Entries
 from lag2fmu.graph.graph import Graph
 
 if TYPE_CHECKING:
-    from lag2fmu.dynamics.implicit_dampers import ImplicitDampers
+    from lag2fmu.dynamics.row_tables import ImplicitDampers
 
 
 def factor_and_solve(

@@ -8,36 +8,22 @@ Systems, 2008, section 10.1 (the scheme of Moreau and Jean with theta = 1/2).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.parts import Energies, Entries, Variables
+from lag2fmu.dynamics.parts import Energies, Variables
 from lag2fmu.dynamics.quadratic import QuadraticForm, second_degree
-from lag2fmu.dynamics.terms import unconstrained_residual
-from lag2fmu.graph.autodiff import Forward, reverse
+from lag2fmu.dynamics.row_tables import ImplicitDampers
+from lag2fmu.graph.autodiff import reverse
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import ADD
 
 
-@dataclass(frozen=True)
-class ImplicitDampers:
-    """The linear dampers of a mechanism.
-
-    - ``half``: half the length of a step (s), as a symbol.
-    - ``entries``: those of M + half D over the velocity graph.
-    - ``drag``: {index of a coordinate: what they pull along it}, where that is not 0.
-    - ``rest``: the forcing without them, (n,).
-    """
-
-    half: Node
-    entries: Entries
-    drag: Mapping[int, Node]
-    rest: tuple[Node, ...]
-
-
-def implicit_dampers(equations: EquationsOfMotion) -> ImplicitDampers:
+def implicit_dampers(equations: EquationsOfMotion, forcing: Callable[[Energies], tuple[Node, ...]]) -> ImplicitDampers:
     """The dampers of ``equations``: dissipation of second degree in the velocities, and drives with a gain of a rate.
+
+    ``forcing`` gives the right side of M qdd = forcing, (n,), of these energies, see ``terms.forcing``.
 
     Dissipation that is no polynomial is left to the other forces, and so are forces along a coordinate that depend on
     other velocities than its own.
@@ -55,19 +41,7 @@ def implicit_dampers(equations: EquationsOfMotion) -> ImplicitDampers:
     drag = {i: pull for i, pull in pulls if pull != g.zero}
     if not drag:
         return ImplicitDampers(half, equations.entries, drag, equations.forcing)
-    resting = replace(energies, dissipation=g.total(others))
-    rate = Forward(g, v.direction(g, False))
-    rest = unconstrained_residual(g, v, resting, rate, rate)
-    return ImplicitDampers(half, entries, drag, tuple(g.negate(r) for r in rest))
-
-
-def without_linear_dampers(equations: EquationsOfMotion) -> EquationsOfMotion:
-    """``equations`` without what linear dampers pull: what is left to the explicit forces of a time step."""
-    found = equations.apart()
-    dampers = implicit_dampers(found)
-    rows = enumerate(found.residual)
-    residual = (found.graph.subtract(r, dampers.drag.get(i, found.graph.zero)) for i, r in rows)
-    return replace(found, forcing=dampers.rest, residual=tuple(residual), solution=None)
+    return ImplicitDampers(half, entries, drag, forcing(replace(energies, dissipation=g.total(others))))
 
 
 def _without_drives(g: Graph, v: Variables, energies: Energies) -> tuple[Energies, Sequence[Node]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from lag2fmu.dynamics.equations import EquationsOfMotion
@@ -14,7 +15,7 @@ from lag2fmu.dynamics.modes import ModeNumbers, sliding_forces, with_rows
 from lag2fmu.dynamics.row_functions import contact_events, rows_in_all_modes, time_stepping_rows
 from lag2fmu.dynamics.tables import watched_arguments
 from lag2fmu.dynamics.tangent import Tangent, differentiate
-from lag2fmu.dynamics.terms import canonical
+from lag2fmu.dynamics.terms import canonical, forcing
 from lag2fmu.dynamics.time_derivatives import SecondDerivatives, differentiate_twice
 from lag2fmu.graph.autodiff import Forward
 from lag2fmu.graph.graph import Node
@@ -58,9 +59,11 @@ def lower(
     outputs = frozenset((*equations.mechanism.output_names, *promoted))
     sparse = None
     if time_stepping and places:
+        from lag2fmu.dynamics.implicit_dampers import implicit_dampers
         from lag2fmu.dynamics.sparse_rows import sparse_rows
 
-        sparse = sparse_rows(equations, modes, places)
+        dampers = implicit_dampers(equations, partial(forcing, g, v))
+        sparse = sparse_rows(equations, modes, places, dampers)
     functions, arguments, factor_size = _functions(equations, modes, places, outputs, variational, sparse)
     found = switched(g, v, equations.mechanism, functions, masks=len(modes.numbers), conditions=rows.conditions)
     return Program(

@@ -12,7 +12,7 @@ from lag2fmu.graph.nodes import Node
 from lag2fmu.graph.operations import CONSTANT, SYMBOL
 
 if TYPE_CHECKING:
-    from lag2fmu.dynamics.row_tables import SparseRows
+    from lag2fmu.dynamics.row_tables import ImplicitDampers, SparseRows
 
 
 def rows_in_all_modes(
@@ -51,8 +51,7 @@ def time_stepping_rows(
     """
     if sparse is None:
         return
-    g, dampers = equations.graph, sparse.dampers
-    half = Array("half", (dampers.half,), scalar=True)
+    half = Array("half", (sparse.dampers.half,), scalar=True)
     permanent = sparse.contacts[0]
     forcing = tuple(("f", i, node) for i, node in enumerate(equations.forcing))
     rates = tuple(("dz", i, node) for i, node in enumerate(equations.variables.further_rates))
@@ -60,10 +59,7 @@ def time_stepping_rows(
     held = sum(row < permanent for row, *_ in sparse.entries)
     positions = tuple(("phi", row, node) for row, node in sparse.positions.items())
     velocities = tuple(("v", row, node) for row, node in enumerate(sparse.velocities))
-    still = _still(equations, [*dampers.rest, *(node for *_, node in rates)])
-    handed = tuple(("k", i, node) for i, node in enumerate((*still, *dampers.drag.values())))
-    pulls = {i: g.symbol(f"drag {i}") for i in dampers.drag}
-    kept = Array("k", (*still, *pulls.values()))
+    kept, handed, late = _handed_on(equations, sparse.dampers)
     doc = (
         "Of M + half D, D that of linear dampers, what mechanism_factor gives of M; forcing f; of the rows in "
         "row_tables.h entries G, positions phi, velocities v; k, which the next functions take."
@@ -80,12 +76,25 @@ def time_stepping_rows(
         "Forcing f, with k of mechanism_stepping at the same time, positions, inputs and parameters; linear dampers "
         "pull as they did there."
     )
-    late = tuple(("f", i, g.subtract(node, pulls[i]) if i in pulls else node) for i, node in enumerate(dampers.rest))
     yield Function("mechanism_forcing", doc, (*state, kept), ("f",), late)
     doc = (
         "What mechanism_further gives, with k of mechanism_stepping at the same time, positions, inputs and parameters."
     )
     yield Function("mechanism_stepped_further", doc, (*state, qdd, kept), ("dz",), rates)
+
+
+Results = tuple[tuple[str, int, Node], ...]
+"""What a function fills: (array, index, node)."""
+
+
+def _handed_on(equations: EquationsOfMotion, dampers: ImplicitDampers) -> tuple[Array, Results, Results]:
+    """The array k as later functions take it, what fills it, and the forcing by what it keeps."""
+    g = equations.graph
+    still = _still(equations, [*dampers.rest, *equations.variables.further_rates])
+    pulls = {i: g.symbol(f"drag {i}") for i in dampers.drag}
+    handed = tuple(("k", i, node) for i, node in enumerate((*still, *dampers.drag.values())))
+    late = tuple(("f", i, g.subtract(node, pulls.get(i, g.zero))) for i, node in enumerate(dampers.rest))
+    return Array("k", (*still, *pulls.values())), handed, late
 
 
 def _still(equations: EquationsOfMotion, results: Sequence[Node]) -> tuple[Node, ...]:

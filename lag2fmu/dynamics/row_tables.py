@@ -1,13 +1,28 @@
-"""The record ``SparseRows``: the rows of all constraints for time stepping, and the tables of them in C."""
+"""The records of time stepping: linear dampers; the rows of all constraints, and the tables of them in C."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 
-from lag2fmu.dynamics.implicit_dampers import ImplicitDampers
 from lag2fmu.graph.nodes import Node
+
+
+@dataclass(frozen=True)
+class ImplicitDampers:
+    """The linear dampers of a mechanism, see ``implicit_dampers``.
+
+    - ``half``: half the length of a step (s), as a symbol.
+    - ``entries``: those of M + half D over the velocity graph.
+    - ``drag``: {index of a coordinate: what they pull along it}, where that is not 0.
+    - ``rest``: the forcing without them, (n,).
+    """
+
+    half: Node
+    entries: Mapping[tuple[Node, Node], Node]
+    drag: Mapping[int, Node]
+    rest: tuple[Node, ...]
 
 
 @dataclass(frozen=True)

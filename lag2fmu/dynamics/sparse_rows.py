@@ -13,14 +13,15 @@ from itertools import accumulate
 from lag2fmu.dynamics.blocks import united
 from lag2fmu.dynamics.elimination import mass_matrix
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.implicit_dampers import implicit_dampers
 from lag2fmu.dynamics.modes import ModeNumbers
 from lag2fmu.dynamics.parts import Entries
-from lag2fmu.dynamics.row_tables import SparseRows
+from lag2fmu.dynamics.row_tables import ImplicitDampers, SparseRows
 from lag2fmu.graph.graph import Node
 
 
-def sparse_rows(equations: EquationsOfMotion, modes: ModeNumbers, places: Sequence[int]) -> SparseRows:
+def sparse_rows(
+    equations: EquationsOfMotion, modes: ModeNumbers, places: Sequence[int], dampers: ImplicitDampers
+) -> SparseRows:
     """The rows of ``equations``, among whose constraints ``modes.with_rows`` has put those that switch at ``places``.
 
     Source: T. F. Coleman, J. J. More, Estimation of sparse Jacobian matrices and graph coloring problems, SIAM J.
@@ -32,7 +33,6 @@ def sparse_rows(equations: EquationsOfMotion, modes: ModeNumbers, places: Sequen
     jacobian = [*permanent.jacobian, *rows.jacobian]
     velocities = [*permanent.velocities, *rows.velocities]
     positions = _positions(equations, modes)
-    dampers = implicit_dampers(equations)
     blocks = _blocks(equations, dampers.entries)
     touched = [{blocks[i] for i, node in enumerate(jacobian[k]) if node != g.zero} for k in order]
     rubbing = (*rows.friction, *rows.static_friction, *rows.sliding, *rows.holding)

@@ -13,7 +13,7 @@ from lag2fmu.dynamics.parts import Constraints, Energies, Entries, RigidInertia,
 from lag2fmu.dynamics.quadratic import second_degree
 from lag2fmu.dynamics.samples import check_quadratic
 from lag2fmu.dynamics.silence import without_inputs
-from lag2fmu.graph.autodiff import forward, reverse
+from lag2fmu.graph.autodiff import Forward, forward, reverse
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import NEGATE
 from lag2fmu.graph.vectors import apply, cross, minus, plus, times
@@ -43,6 +43,12 @@ def unconstrained_residual(graph: Graph, v: Variables, energies: Energies, rate:
         strict=True,
     )
     return [graph.subtract(graph.total(terms), Q) for *terms, Q in rows]
+
+
+def forcing(graph: Graph, v: Variables, energies: Energies) -> tuple[Node, ...]:
+    """The right side of M qdd = forcing, (n,): N along a length, N.m along an angle."""
+    rate = Forward(graph, v.direction(graph, accelerating=False))
+    return tuple(graph.negate(r) for r in unconstrained_residual(graph, v, energies, rate, rate))
 
 
 def with_constraints(

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from lag2fmu.analysis.stiffness import Vibration, stiffness, undamped_vibrations
+from lag2fmu.analysis.stiffness import Vibration, stiffness, undamped_vibrations, without_linear_dampers
 from lag2fmu.dynamics.equations import EquationsOfMotion
-from lag2fmu.dynamics.implicit_dampers import without_linear_dampers
 from lag2fmu.mechanism.record import Mechanism
 from lag2fmu.solvers.methods import DEFAULT_SOLVER, STIFF_SOLVER, Method, TimeStepping
 

@@ -261,8 +261,8 @@ static bool evaluate_rows(const Problem *problem, const double scale[], const do
     return arena_leave(mark, true);
 }
 
-/* Friction inside of its limit holds: w becomes 0 there. What is left of it is the motion along which the rows that hold
-   have hardly a lever, as feet of a chain that lies almost straight, and more than rounding. */
+/* Friction inside of its limit holds: w becomes 0 there. What is left of it is the motion along which the rows that
+   hold have hardly a lever, as feet of a chain that lies almost straight, and more than rounding. */
 static void rest_inside(const Problem *problem, const double lambda[], double w[]) {
     for (int k = 0, end; k < problem->rows; k = end) {
         const Row *row = &problem->row[k];

@@ -20,8 +20,8 @@ void stepped_place(Instance *instance, double time, const double states[], Stepp
 /* Evaluates permanent constraints alone. */
 void stepped_hold(Instance *instance, double time, const double states[], SteppedRows *at);
 
-/* Evaluates the forces alone, in scratch.system, for other velocities than those of stepped_measure. Linear dampers, which
-   the factors take to the middle of the step, pull as they did there. */
+/* Evaluates the forces alone, in scratch.system, for other velocities than those of stepped_measure. Linear dampers,
+   which the factors take to the middle of the step, pull as they did there. */
 void stepped_force(Instance *instance, double time, const double states[]);
 
 /* The same for the derivatives of further states, as further_rates. */
