@@ -16,6 +16,11 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
    the states. values[N_EVENTS] are the event functions at the present point. */
 int contacts_overdue(Instance *instance, const double values[]);
 
+/* The number of the event of what sticks along a line by its mode and slips at the present point, faster than any
+   other; -1: nothing does. Rows of a chain that lies almost straight are redundant, and do not hold what they have
+   hardly a lever on; where they get one, they do not stick. */
+int contacts_slipping(Instance *instance);
+
 /* Where a slip in space has turned far from the direction of its mode, and is too fast to be about to rest, its present
    direction becomes that of the mode. Forces do not change there. But beyond 90 degrees they turn round, and the event
    function shows a slip that turns further as one that comes to rest: so this is done before a trial step. */

@@ -60,7 +60,8 @@ static bool pass_here(Instance *instance, const Companion *with) {
 }
 
 /* A step that fails however short (s) it is may be at the end of its mode: a square root, for one, has no value beyond
-   the place where its switch turns. Passes such an event; returns false if there is none. */
+   the place where its switch turns, and feet that stick may slip where they get a lever. Passes such an event; returns
+   false if there is none. */
 static bool pass_event_ahead(Instance *instance, const Companion *with, double shortest) {
     State *state = &instance->state;
     if (N_EVENTS == 0 || !events_at_hand(instance, 4.0 * shortest) || !pass_here(instance, with)) {
@@ -189,8 +190,9 @@ bool adaptive_steps(Instance *instance, double horizon, const Companion *with) {
         } else {
             rejected = true;
             propose_shorter(state, tried, error);
-            if (is_at_pole(instance, pole, shortest) || is_at_kink(instance, step) ||
-                (state->next_step < shortest && !pass_event_ahead(instance, with, shortest))) {
+            const bool stands = state->next_step < shortest || is_at_kink(instance, step);
+            if (is_at_pole(instance, pole, shortest) ||
+                (stands && !pass_event_ahead(instance, with, shortest))) {
                 return false;
             }
         }

@@ -15,7 +15,8 @@ bool events_begin(Instance *instance);
    differential equations, Computers and Mathematics with Applications 39, 2000. */
 bool events_end_step(Instance *instance, Step *step);
 
-/* Does the motion come to an event within this span (s) of the present point? If so, the event is due here. */
+/* Does the motion come to an event within this span (s) of the present point, or does something slip that sticks by its
+   mode? If so, the event is due here. */
 bool events_at_hand(Instance *instance, double span);
 
 /* Passes the event that the present point is at. Fails if there is no end of events at one time. */

@@ -349,6 +349,37 @@ int contacts_overdue(Instance *instance, const double values[]) {
     return overdue;
 }
 
+/* The event that tells how long the row sticks; -1: it is none of a slip along a line, or it does not stick. */
+static int event_of_stick(const State *state, int row) {
+    int event = row >= FIRST_FRICTION && row < FIRST_LATCH && friction_sticks(state, row - FIRST_FRICTION)
+                    ? 2 * N_UNILATERALS + row - FIRST_FRICTION
+                    : -1;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const bool along_line = SLIP_ROWS[i] == row && contact_slips(i) == 1;
+        event = along_line && contact_closed(state, i) && contact_sticks(state, i) ? 2 * i + 1 : event;
+    }
+    return event;
+}
+
+int contacts_slipping(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, ElementRows, rows);
+    const State *state = &instance->state;
+    double fastest = 1.0;
+    int slipping = -1;
+    rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), rows);
+    for (int row = FIRST_SLIP; row < FIRST_LATCH; row++) {
+        const int event = event_of_stick(state, row);
+        const double speed = event < 0 ? 0.0 : fabs(rows->velocities[row]) / row_least_speed(state, rows, row);
+        if (speed > fastest) {
+            fastest = speed;
+            slipping = event;
+        }
+    }
+    arena_release(mark);
+    return slipping;
+}
+
 bool contacts_oppose(Instance *instance, double time, const double states[], const double unknowns[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_OF(mark, ContactPoint, point);

@@ -19,6 +19,11 @@ int contacts_overdue(Instance *instance, const double values[]) {
     return -1;
 }
 
+int contacts_slipping(Instance *instance) {
+    (void)instance;
+    return -1;
+}
+
 bool contacts_undo_drift(Instance *instance, bool *jumped) {
     (void)instance;
     (void)jumped;

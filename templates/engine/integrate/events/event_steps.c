@@ -392,9 +392,10 @@ bool events_at_hand(Instance *instance, double span) {
         return arena_leave(mark, false);
     }
     state->event_pending = 0;
+    const int slipping = contacts_slipping(instance);
     for (int k = 0; k < N_EVENTS; k++) {
-        state->due[k] = values[k] <= 0.0;
-        state->pending_rests[k] = state->due[k] ? 4.0 * fabs(values[k]) : state->event_rests[k];
+        state->due[k] = values[k] <= 0.0 || (slipping >= 0 && k == N_SWITCHES + slipping);
+        state->pending_rests[k] = values[k] <= 0.0 ? 4.0 * fabs(values[k]) : state->event_rests[k];
         state->event_pending = state->event_pending || state->due[k];
     }
     return arena_leave(mark, state->event_pending != 0);
