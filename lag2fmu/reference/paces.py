@@ -43,7 +43,7 @@ def swing_rates(
             moved[:, i] += sign * change
             sides.append(equations.rates(equations.energies.state(times, moved, qd, inputs))[0][i])
         changes.append(np.nan_to_num(np.abs(sides[0] - sides[1]), posinf=0.0) / (2 * change))
-    found: Floats = np.sqrt(changes).T
+    found: Floats = np.sqrt(np.reshape(changes, (n, len(times)))).T
     return found
 
 

@@ -9,7 +9,6 @@
 #include "elimination.h"
 #include "scale.h"
 #include "shares.h"
-#include "vector_length.h"
 
 /* The equations of the rows that hold at present. */
 static void choose_present(const Elimination *e, Choice *choice) {
@@ -261,21 +260,23 @@ static bool evaluate_rows(const Problem *problem, const double scale[], const do
     return arena_leave(mark, true);
 }
 
-/* Friction inside of its limit holds: w becomes 0 there. What is left of it is the motion along which the rows that
-   hold have hardly a lever, as feet of a chain that lies almost straight, and more than rounding. */
+/* Is this one of the two rows of a contact that slips in space? */
+static bool in_space(const Problem *problem, int k) {
+    int rows = 0;
+    for (int i = k > 0 ? k - 1 : 0; i <= k + 1 && i < problem->rows; i++) {
+        rows += problem->row[i].law == ROW_TANGENTIAL && problem->row[i].normal == problem->row[k].normal;
+    }
+    return rows > 1;
+}
+
+/* Friction along a line holds inside of its limit: w becomes 0 there. What is left of it is the motion along which the
+   rows that hold have hardly a lever, as feet of a chain that lies almost straight, and more than rounding. */
 static void rest_inside(const Problem *problem, const double lambda[], double w[]) {
-    for (int k = 0, end; k < problem->rows; k = end) {
+    for (int k = 0; k < problem->rows; k++) {
         const Row *row = &problem->row[k];
-        const bool cone = row->law == ROW_TANGENTIAL && k + 1 < problem->rows &&
-                          row[1].law == ROW_TANGENTIAL && row[1].normal == row->normal;
-        end = k + (cone ? 2 : 1);
-        if (row->law != ROW_TANGENTIAL && row->law != ROW_BOUNDED) {
-            continue;
-        }
-        const double limit = row->friction * (row->law == ROW_BOUNDED ? 1.0 : lambda[row->normal]);
-        if (vector_length(lambda + k, end - k) < (1.0 - OBEYED) * limit) {
-            memset(w + k, 0, (size_t)(end - k) * sizeof(double));
-        }
+        const bool rubs = row->law == ROW_BOUNDED || (row->law == ROW_TANGENTIAL && !in_space(problem, k));
+        const double limit = row->friction * (row->law == ROW_TANGENTIAL ? lambda[row->normal] : 1.0);
+        w[k] = rubs && fabs(lambda[k]) < (1.0 - OBEYED) * limit ? 0.0 : w[k];
     }
 }
 

@@ -349,16 +349,14 @@ int contacts_overdue(Instance *instance, const double values[]) {
     return overdue;
 }
 
-/* The event that tells how long the row sticks; -1: it is none of a slip along a line, or it does not stick. */
-static int event_of_stick(const State *state, int row) {
-    int event = row >= FIRST_FRICTION && row < FIRST_LATCH && friction_sticks(state, row - FIRST_FRICTION)
-                    ? 2 * N_UNILATERALS + row - FIRST_FRICTION
-                    : -1;
-    for (int i = 0; i < N_UNILATERALS; i++) {
-        const bool along_line = SLIP_ROWS[i] == row && contact_slips(i) == 1;
-        event = along_line && contact_closed(state, i) && contact_sticks(state, i) ? 2 * i + 1 : event;
+/* Notes the event of a row that sticks if it slips faster than all before; *fastest is in units of a speed at rest. */
+static void note_slipping(const State *state, const ElementRows *rows, int row, int event, double *fastest,
+                          int *which) {
+    const double speed = fabs(rows->velocities[row]) / row_least_speed(state, rows, row);
+    if (speed > *fastest) {
+        *fastest = speed;
+        *which = event;
     }
-    return event;
 }
 
 int contacts_slipping(Instance *instance) {
@@ -368,12 +366,14 @@ int contacts_slipping(Instance *instance) {
     double fastest = 1.0;
     int slipping = -1;
     rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), rows);
-    for (int row = FIRST_SLIP; row < FIRST_LATCH; row++) {
-        const int event = event_of_stick(state, row);
-        const double speed = event < 0 ? 0.0 : fabs(rows->velocities[row]) / row_least_speed(state, rows, row);
-        if (speed > fastest) {
-            fastest = speed;
-            slipping = event;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        if (contact_slips(i) == 1 && contact_closed(state, i) && contact_sticks(state, i)) {
+            note_slipping(state, rows, SLIP_ROWS[i], 2 * i + 1, &fastest, &slipping);
+        }
+    }
+    for (int i = 0; i < N_FRICTIONS; i++) {
+        if (friction_sticks(state, i)) {
+            note_slipping(state, rows, FIRST_FRICTION + i, 2 * N_UNILATERALS + i, &fastest, &slipping);
         }
     }
     arena_release(mark);

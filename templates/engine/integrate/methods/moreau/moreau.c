@@ -115,7 +115,8 @@ static bool solve_step_velocities(Instance *instance, double time, double length
     if (!step_begin(instance, time, middle, length)) {
         return false;
     }
-    const bool moving = VELOCITY_FORCES || VELOCITY_FRICTION || (IMPLICIT_DAMPERS && instance->scratch.system.dense);
+    const bool moving = VELOCITY_FORCES != 0 || VELOCITY_FRICTION != 0 ||
+                        (IMPLICIT_DAMPERS != 0 && instance->scratch.system.dense);
     for (int pass = 0; pass <= (moving ? 1 : 0); pass++) {
         if (pass > 0) {
             stepped_force(instance, time, middle);

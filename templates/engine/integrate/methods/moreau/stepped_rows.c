@@ -68,7 +68,7 @@ void stepped_hold(Instance *instance, double time, const double states[], Steppe
 
 /* Where M is factorised densely, no damper is in it: all of them pull in the middle of the step. */
 void stepped_force(Instance *instance, double time, const double states[]) {
-    if (IMPLICIT_DAMPERS && instance->scratch.system.dense) {
+    if (IMPLICIT_DAMPERS != 0 && instance->scratch.system.dense) {
         mechanism_dynamics(time, states, inputs_at(instance, time), instance->state.parameters, instance->scratch.mass,
                            instance->scratch.system.forcing);
         return;
