@@ -227,8 +227,26 @@ static bool solve_island(const Problem *problem, const Islands *islands, int whi
     return arena_leave(mark, true);
 }
 
+/* Is this one of the two rows of a contact that slips in space? */
+static bool in_space(const Problem *problem, int k) {
+    int rows = 0;
+    for (int i = k > 0 ? k - 1 : 0; i <= k + 1 && i < problem->rows; i++) {
+        rows += problem->row[i].law == ROW_TANGENTIAL && problem->row[i].normal == problem->row[k].normal;
+    }
+    return rows > 1;
+}
+
+/* Is the friction of row k, along a line, inside of its limit? Then it holds. */
+static bool holds_inside(const Problem *problem, const double lambda[], int k) {
+    const Row *row = &problem->row[k];
+    const bool rubs = row->law == ROW_BOUNDED || (row->law == ROW_TANGENTIAL && !in_space(problem, k));
+    const double limit = row->friction * (row->law == ROW_TANGENTIAL ? lambda[row->normal] : 1.0);
+    return rubs && fabs(lambda[k]) < (1.0 - OBEYED) * limit;
+}
+
 /* w = free + delassus lambda. An entry becomes 0 where it is no more than rounding: of the terms of its own row, or of
-   the greatest terms of all rows, which were solved together. */
+   the greatest terms of all rows, which were solved together. Where friction holds, it is more than that along a motion
+   on which the rows that hold have hardly a lever, as feet of a chain that lies almost straight. */
 static bool evaluate_rows(const Problem *problem, const double scale[], const double lambda[], double w[]) {
     const ArenaMark mark = arena_mark(problem->arena);
     const int n = problem->rows;
@@ -254,30 +272,11 @@ static bool evaluate_rows(const Problem *problem, const double scale[], const do
         greatest = fmax(greatest, scale[i] * terms[i]);
     }
     for (int i = 0; i < n; i++) {
-        const double rounding = SOLVED * terms[i] + NOISE * greatest / scale[i];
+        const double part = holds_inside(problem, lambda, i) ? TOLERATED : SOLVED;
+        const double rounding = part * terms[i] + NOISE * greatest / scale[i];
         w[i] = fabs(w[i]) > rounding ? w[i] : 0.0;
     }
     return arena_leave(mark, true);
-}
-
-/* Is this one of the two rows of a contact that slips in space? */
-static bool in_space(const Problem *problem, int k) {
-    int rows = 0;
-    for (int i = k > 0 ? k - 1 : 0; i <= k + 1 && i < problem->rows; i++) {
-        rows += problem->row[i].law == ROW_TANGENTIAL && problem->row[i].normal == problem->row[k].normal;
-    }
-    return rows > 1;
-}
-
-/* Friction along a line holds inside of its limit: w becomes 0 there. What is left of it is the motion along which the
-   rows that hold have hardly a lever, as feet of a chain that lies almost straight, and more than rounding. */
-static void rest_inside(const Problem *problem, const double lambda[], double w[]) {
-    for (int k = 0; k < problem->rows; k++) {
-        const Row *row = &problem->row[k];
-        const bool rubs = row->law == ROW_BOUNDED || (row->law == ROW_TANGENTIAL && !in_space(problem, k));
-        const double limit = row->friction * (row->law == ROW_TANGENTIAL ? lambda[row->normal] : 1.0);
-        w[k] = rubs && fabs(lambda[k]) < (1.0 - OBEYED) * limit ? 0.0 : w[k];
-    }
 }
 
 bool complementarity_solve(const Problem *problem, double lambda[], double w[]) {
@@ -299,9 +298,5 @@ bool complementarity_solve(const Problem *problem, double lambda[], double w[]) 
     for (int i = 0; i < islands.count && solved; i++) {
         solved = solve_island(problem, &islands, i, lambda);
     }
-    solved = solved && evaluate_rows(problem, islands.scale, lambda, w);
-    if (solved) {
-        rest_inside(problem, lambda, w);
-    }
-    return arena_leave(mark, solved);
+    return arena_leave(mark, solved && evaluate_rows(problem, islands.scale, lambda, w));
 }
