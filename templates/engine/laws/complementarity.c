@@ -123,61 +123,29 @@ static bool reduce_and_solve(const Problem *problem, const Islands *islands, int
     return solved;
 }
 
-/* Does a row of the island slide whose friction other rows answer? Else accelerations are unique. */
-static bool any_slides(const Problem *problem, const Islands *islands, int which) {
+/* Does a row of the island slide whose friction other rows answer, or has an impact caught one, so that it comes to
+   hold only now? Else accelerations are unique. */
+static bool any_row(const Problem *problem, const Islands *islands, int which, bool slides) {
     bool found = false;
     for (int k = 0; k < problem->rows; k++) {
         const Row *row = &problem->row[k];
-        found = found || (islands->island[k] == which && row->law == ROW_SLIDING && row->friction > 0.0);
+        const bool meant = slides ? row->law == ROW_SLIDING && row->friction > 0.0
+                                  : row->law == ROW_TANGENTIAL && row->holds && row->slid;
+        found = found || (islands->island[k] == which && meant);
     }
     return found;
 }
 
-/* Does a row of friction in the island come to hold only now, though it is among those that hold at present? An impact
-   has caught it. */
-static bool any_caught(const Problem *problem, const Islands *islands, int which) {
-    bool found = false;
-    for (int k = 0; k < problem->rows; k++) {
-        const Row *row = &problem->row[k];
-        found = found || (islands->island[k] == which && row->law == ROW_TANGENTIAL && row->holds && row->slid);
-    }
-    return found;
-}
-
-/* The modes of a solution x[size], of which no row may slip in space: returns whether that is so. */
-static bool choose_found(const Laws *laws, const double x[], Choice *choice) {
-    bool along_lines = true;
-    for (int k = 0; k < laws->size; k++) {
-        const bool slips = laws_slips(laws, x, k);
-        along_lines = along_lines && !(slips && laws->width[k] == 2);
-        choice->held[k] = laws->width[k] == 0 ? x[k] > 0.0 : !slips;
-        choice_limit(laws, k, slips ? (x[k] > 0.0 ? 1.0 : -1.0) : 0.0, choice);
-    }
-    return along_lines;
-}
-
-/* Does the motion that goes with x[size] bear on a contact that an impact has caught, though it may open as well?
-   Returns its row; -1: there is none. */
-static int wedged_row(const Elimination *e, const Laws *laws, const double x[]) {
+/* Does x[size] bear on contacts, though all of them may open as well? Returns the first one that bears, or -1. */
+static int wedged_row(const Laws *laws, const double x[]) {
     const ArenaMark mark = arena_mark(laws->arena);
-    const size_t size = (size_t)laws->size, bytes = size * sizeof(double);
+    const size_t bytes = (size_t)laws->size * sizeof(double);
     int wedged = -1;
-    if (!arena_reserve(laws->arena, 2 * arena_bytes(size, bytes) + 23 * arena_bytes(bytes, 1))) {
-        arena_release(mark);
-        return -1;
+    for (int k = laws->size - 1; k >= 0; k--) {
+        wedged = laws->width[k] == 0 && x[k] > 0.0 ? k : wedged;
     }
-    double *other = (double *)arena_take(laws->arena, bytes);
-    Choice choice = choice_take(laws->arena, laws->size);
-    for (int k = 0; k < laws->size && wedged < 0 && choose_found(laws, x, &choice); k++) {
-        const Row *row = &e->problem->row[e->row[k]];
-        const int normal = laws->normal[k];
-        if (laws->width[k] <= 0 || normal < 0 || !row->holds || !row->slid || !(x[normal] > 0.0)) {
-            continue;
-        }
-        choice.held[normal] = false;
-        memset(choice.held + k, 0, (size_t)laws->width[k] * sizeof(bool));
-        wedged = choice_solves(laws, &choice, other) ? normal : -1;
-    }
+    const double *nothing = (const double *)memset(arena_take(laws->arena, bytes), 0, bytes);
+    wedged = laws_obeyed(laws, nothing) ? wedged : -1;
     arena_release(mark);
     return wedged;
 }
@@ -195,10 +163,10 @@ int complementarity_other(const Problem *problem) {
         Elimination elimination;
         Laws laws;
         double *x;
-        const bool slides = any_slides(problem, &islands, i);
-        if ((slides || any_caught(problem, &islands, i)) &&
+        const bool slides = any_row(problem, &islands, i, true);
+        if ((slides || any_row(problem, &islands, i, false)) &&
             reduce_and_solve(problem, &islands, i, &elimination, &laws, &x)) {
-            const int moved = slides ? choices_other(&laws, x) : wedged_row(&elimination, &laws, x);
+            const int moved = slides ? choices_other(&laws, x) : wedged_row(&laws, x);
             other = moved < 0 ? -1 : elimination.row[moved];
         }
         arena_release(between);
