@@ -121,10 +121,10 @@ def _groups(free: Floats, limits: Limits) -> Iterator[tuple[Floats, NDArray[np.b
         which = group[r:] == label
         _, values, across = np.linalg.svd(free[group[:r] == label])
         count = int(np.sum(values > 0.5))  # they are 1 or 0
-        if (
-            which.any()
-        ):  # turned by rounding, the loads of a lone group would leave limits that they all come to at once
-            yield free if count == free.shape[1] else free @ across[:count].T, which
+        # Turned by rounding, the loads of a lone group would leave limits that they all come to at once.
+        loads = free if count == free.shape[1] else free @ across[:count].T
+        if which.any():
+            yield loads, which
 
 
 def _deepest(cuts: _Cuts) -> Floats:

@@ -7,8 +7,8 @@
 #include "stepped_rows.h"
 
 /* Moves the q of states[2n] in the middle of a step, at a time (s), onto the permanent constraints, by the least change
-   in nominal values, and measures the rows there: off them, two points of one body may not rest. Returns false, with
-   instance->failure, if M is singular. */
+   in nominal values, and measures the rows there: off them, two points of one body may not rest. half (s) is half the
+   length of the step. Returns false, with instance->failure, if M is singular. */
 bool step_middle(Instance *instance, double time, double half, double states[]);
 
 /* Moves the q of states[2n] at the end of a step in the metric M of its middle: holonomic constraints and closed
