@@ -168,6 +168,23 @@ def test_a_ball_that_comes_to_rest_is_followed_back() -> None:
     assert found[0] == pytest.approx(g * first * (t - first), rel=1e-8)
 
 
+def test_a_thrown_ball_rubs_until_it_slides() -> None:
+    """The floor's impulses carry the weight from flight to rest, and friction has its part of each: whatever the
+    restitution, x = u t - mu (g t**2/2 - v t - h) at rest."""
+    mu, g, h, u, v, t = 0.2, 9.81, 0.05, 2.0, 0.1, 0.3
+    coefficient, e, gravity = parameter("mu", mu), parameter("e", 0.3), parameter("g", g, "m/s2")
+    x, y = coordinate("x", "m", velocity=u), coordinate("y", "m", start=h, velocity=v)
+    floor = Contact("floor", gap=y, slip=(x.dot,), friction=coefficient, restitution=e)
+    ball = Mechanism(
+        "thrown_ball", coordinates=[x, y], parameters=[coefficient, e, gravity], bodies=[Body("ball", 1, (x, y))],
+        gravity=gravity, contacts=[floor],
+    )  # fmt: skip
+    found = lag2fmu.gradient(ball, "x", over=["x_dot", "y_dot", "y", "g", "mu", "e"], stop_time=t, tolerance=1e-10)
+    pressed = g * t**2 / 2 - v * t - h
+    assert found.value == pytest.approx(u * t - mu * pressed, abs=1e-10)
+    np.testing.assert_allclose(found.derivatives, [t, mu * t, mu, -mu * t**2 / 2, -pressed, 0.0], atol=1e-8)
+
+
 def test_what_varies_alone_is_tried_where_no_run_can_be_recorded() -> None:
     """Balls that touch part beside the motion, but not by their mass, which the energy is proportional to."""
     energy = "kinetic_energy + potential_energy"

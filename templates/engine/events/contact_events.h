@@ -12,6 +12,10 @@
    events_evaluate says. */
 bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]);
 
+/* Tells anew, from the present point, when each contact in the last rebound of its cascade comes to its top. The event
+   function has remembered that time since the impact; it moves with the states. */
+void contacts_foresee(Instance *instance);
+
 /* The number of an event that the event functions do not show, or -1: a slip in space has become slower than errors of
    the states. values[N_EVENTS] are the event functions at the present point. */
 int contacts_overdue(Instance *instance, const double values[]);

@@ -256,11 +256,7 @@ static void find_changes(Instance *instance, double time, const double states[],
         rows_evaluate(instance, time, states, inputs_at(instance, time), rows);
     }
     for (int row = FIRST_SLIP; SLIPS_IN_SPACE && looked && row < FIRST_FRICTION; row++) {
-        double *change = &point->changes[row - FIRST_SLIP];
-        *change = rows->gamma[row];
-        for (int i = 0; i < N_COORDINATES; i++) {
-            *change += rows->jacobian[row * N_COORDINATES + i] * point->unknowns[i];
-        }
+        point->changes[row - FIRST_SLIP] = row_acceleration(rows, row, point->unknowns);
     }
     arena_release(mark);
 }
@@ -290,6 +286,30 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
         values[2 * N_UNILATERALS + i] = evaluate_friction(state, point, i);
     }
     return arena_leave(mark, true);
+}
+
+void contacts_foresee(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, unknowns, N_UNKNOWNS);
+    WORK_OF(mark, ElementRows, rows);
+    State *state = &instance->state;
+    const double *inputs = inputs_at(instance, state->time);
+    bool rises = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        rises = rises || state->cascading[i] == CASCADE_RISES;
+    }
+    if (!rises || !accelerations_at(instance, state->time, state->states, inputs, unknowns)) {
+        arena_release(mark);
+        return;
+    }
+    rows_evaluate(instance, state->time, state->states, inputs, rows);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const double a = -row_acceleration(rows, i, unknowns);
+        if (state->cascading[i] == CASCADE_RISES && a > 0.0) {
+            state->top_time[i] = state->time + rows->velocities[i] / a;
+        }
+    }
+    arena_release(mark);
 }
 
 /* Is a slip in space that is not steadied slower than errors of the states? Its direction is then noise, which the

@@ -112,15 +112,6 @@ static bool stop_slips(Settling *settling, bool *jumped) {
     return arena_leave(mark, true);
 }
 
-/* The downward acceleration of a contact's gap, m/s^2, for the accelerations qdd[N] of the coordinates. */
-static double fall(const Settling *settling, int contact, const double qdd[]) {
-    double change = settling->rows.gamma[contact];
-    for (int i = 0; i < N; i++) {
-        change += settling->rows.jacobian[contact * N + i] * qdd[i];
-    }
-    return -change;
-}
-
 /* Closes contacts at the top of the last rebound of their cascade, which is lower than the tolerance, unless other
    contacts have thrown them higher since. The energy of their height and velocity counts as dissipated. */
 static bool close_at_top(Settling *settling, bool *jumped) {
@@ -141,7 +132,8 @@ static bool close_at_top(Settling *settling, bool *jumped) {
     }
     for (int i = 0; i < N_UNILATERALS; i++) {
         const int k = ROW_PLACES[i];
-        const double gap = settling->rows.positions[i], v = settling->velocity[k], a = fall(settling, i, unknowns);
+        const double gap = settling->rows.positions[i], v = settling->velocity[k];
+        const double a = -row_acceleration(&settling->rows, i, unknowns);
         const double up = fmax(v, 0.0), low = 2.0 * settling_least_rebound(settling, i);
         if (!at_top(settling, i)) {
             continue;

@@ -36,15 +36,6 @@ static void move_by(State *state, double h, const double qdd[]) {
     }
 }
 
-/* The rate of change of the velocity of a gap, m/s^2. */
-static double gap_acceleration(const Settling *settling, int contact, const double qdd[]) {
-    double change = settling->rows.gamma[contact];
-    for (int i = 0; i < N; i++) {
-        change += settling->rows.jacobian[contact * N + i] * qdd[i];
-    }
-    return change;
-}
-
 double impact_overlap(const Settling *settling, int contact) {
     const double depth = -settling->rows.positions[contact];
     return depth > FOUND * HYSTERESIS * row_size(&settling->rows, contact) ? depth : 0.0;
@@ -54,7 +45,8 @@ double impact_overlap(const Settling *settling, int contact) {
    deeper than where it is located, or where it is not told. */
 static double time_of(const Settling *settling, int contact, const double qdd[], double longest) {
     const double gap = settling->rows.positions[contact], v = settling->rows.velocities[contact];
-    const double square = v * v - 2.0 * gap * gap_acceleration(settling, contact, qdd); /* of v where the gap was 0 */
+    /* Of the velocity where the gap was 0. */
+    const double square = v * v - 2.0 * gap * row_acceleration(&settling->rows, contact, qdd);
     if (!(gap < 0.0 && v < 0.0 && square >= ENTERED * v * v)) {
         return HUGE_VAL;
     }

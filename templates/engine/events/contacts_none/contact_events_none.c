@@ -9,6 +9,10 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
     return true;
 }
 
+void contacts_foresee(Instance *instance) {
+    (void)instance;
+}
+
 void contacts_turn(Instance *instance) {
     (void)instance;
 }

@@ -23,6 +23,14 @@ void row_direct(State *state, int row, double direction) {
     state->parameters[FIRST_DIRECTION + row - FIRST_SLIP] = direction;
 }
 
+double row_acceleration(const ElementRows *rows, int row, const double qdd[]) {
+    double change = rows->gamma[row];
+    for (int i = 0; i < N_COORDINATES; i++) {
+        change += rows->jacobian[row * N_COORDINATES + i] * qdd[i];
+    }
+    return change;
+}
+
 double row_size(const ElementRows *rows, int row) {
     double size = 0.0;
     for (int i = 0; i < N_COORDINATES; i++) {

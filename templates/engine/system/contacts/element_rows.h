@@ -48,6 +48,9 @@ static inline double row_direction(const State *state, int row) {
 
 void row_direct(State *state, int row, double direction);
 
+/* The rate of change of a row's velocity, m/s^2 or rad/s^2, at the accelerations qdd[N_COORDINATES]. */
+double row_acceleration(const ElementRows *rows, int row, const double qdd[]);
+
 /* How much a change of the coordinates by their nominal values changes the position of a row. */
 double row_size(const ElementRows *rows, int row);
 

@@ -15,6 +15,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "contact_events.h"
 #include "directions.h"
 #include "event_noise.h"
 #include "event_steps.h"
@@ -96,6 +97,7 @@ static void move_probe(Variations *variations, const Way *way, double by) {
 static bool look_along(Variations *variations, const Way *way, double by, double values[]) {
     move_probe(variations, way, by);
     const State *state = &variations->probe.state;
+    contacts_foresee(&variations->probe);
     return events_evaluate(&variations->probe, state->time, state->states, values);
 }
 
