@@ -1,5 +1,8 @@
 /* contacts_answer backwards: z = s along the seed and the answer, which the forces z change. */
+#include <string.h>
+
 #include "adjoint_parts.h"
+#include "contact_modes.h"
 #include "lu.h"
 #include "seeds.h"
 #include "sliding_rows.h"
@@ -25,12 +28,27 @@ static bool solve_transposed(const Instance *instance, const Sliding *sliding, c
     return arena_leave(mark, true);
 }
 
+/* A velocity beyond all slips, m/s or rad/s. */
+static const double BEYOND_SLIPS = 1e9;
+
+/* directed[N_PARAMETERS]: the parameters, in which contacts in space that do not slide have a direction too. Without one
+   the derivatives of their forces are 0/0, which weights of 0 do not cancel. */
+static void direct_all(const State *state, double directed[]) {
+    memcpy(directed, state->parameters, N_PARAMETERS * sizeof(double));
+    for (int i = 0; SLIPS_IN_SPACE && i < N_UNILATERALS; i++) {
+        if (contact_slips(i) == 2 && !contact_slides_in_space(state, i)) {
+            directed[FIRST_DIRECTION + SLIP_ROWS[i] - FIRST_SLIP] = BEYOND_SLIPS;
+        }
+    }
+}
+
 void contacts_answer_adjoint(Instance *instance, double unknowns[], Seed *sensitivity) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK_ZEROS(mark, double, weights, SIZE_FRICTIONAL);
     WORK(mark, double, rows, SIZE_FRICTIONAL);
     WORK_ZEROS(mark, double, of_forces, SIZE_FRICTIONAL);
     WORK(mark, double, of_unknowns, N_UNKNOWNS);
+    WORK(mark, double, directed, N_PARAMETERS);
     WORK_OF(mark, Seed, term);
     WORK_OF(mark, Sliding, sliding);
     const State *state = &instance->state;
@@ -48,9 +66,9 @@ void contacts_answer_adjoint(Instance *instance, double unknowns[], Seed *sensit
     for (int k = 0; k < sliding->count; k++) {
         of_forces[sliding->row[k] - FIRST_SLIP] = rows[k];
     }
-    mechanism_friction_adjoint(state->time, state->states, state->inputs, state->parameters,
-                               instance->cache.accelerations, of_forces, &term->time, term->states, term->inputs,
-                               term->parameters, of_unknowns);
+    direct_all(state, directed);
+    mechanism_friction_adjoint(state->time, state->states, state->inputs, directed, instance->cache.accelerations,
+                               of_forces, &term->time, term->states, term->inputs, term->parameters, of_unknowns);
     seed_add(sensitivity, term);
     for (int i = 0; i < N_UNKNOWNS; i++) {
         unknowns[i] += of_unknowns[i];
