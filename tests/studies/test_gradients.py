@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 import lag2fmu
 from lag2fmu.errors import ExpressionError, Lag2FmuError, LoadError, SimulationError
-from lag2fmu.mechanism import Body, Contact, Mechanism, Spring, coordinate, parameter
+from lag2fmu.mechanism import Body, Constraint, Contact, Friction, Mechanism, Spring, coordinate, parameter
 from lag2fmu.studies.library import INPUT, PARAMETERS, STATES, compiled
 from lag2fmu.studies.requests import scale_of
 from lag2fmu.studies.sensitivities import directed_run
@@ -183,6 +183,34 @@ def test_a_thrown_ball_rubs_until_it_slides() -> None:
     pressed = g * t**2 / 2 - v * t - h
     assert found.value == pytest.approx(u * t - mu * pressed, abs=1e-10)
     np.testing.assert_allclose(found.derivatives, [t, mu * t, mu, -mu * t**2 / 2, -pressed, 0.0], atol=1e-8)
+
+
+def test_a_latch_that_holds_at_the_start_stops_by_its_impact() -> None:
+    """Masses m and M that are coupled while they move apart go on with (m u + M v)/(m + M)."""
+    m, M, t = 1.0, 3.0, 0.4
+    x, y = coordinate("x", "m", velocity=2.0), coordinate("y", "m", velocity=-1.0)
+    hold = parameter("hold", 1.0)
+    hook = Constraint("hook", y - x, while_=hold)
+    pair = Mechanism(
+        "pair",
+        coordinates=[x, y],
+        parameters=[hold],
+        bodies=[Body("left", m, (x, 0)), Body("right", M, (y, 1))],
+        constraints=[hook],
+    )
+    found = lag2fmu.gradient(pair, "x", over=["x_dot", "y_dot", "x"], stop_time=t)
+    np.testing.assert_allclose(found.derivatives, [t / 4, 3 * t / 4, 1.0], atol=1e-9)
+
+
+def test_friction_in_space_that_does_not_act_leaves_derivatives_finite() -> None:
+    """A contact that is open has no direction of its friction; a dry friction slides beside it, and F = 0.5 brakes y."""
+    x, y, z = coordinate("x", "m", velocity=1.0), coordinate("y", "m", velocity=0.5), coordinate("z", "m", start=0.5)
+    flying = Mechanism(
+        "flying", coordinates=[x, y, z], bodies=[Body("body", 1, (x, y, z))],
+        contacts=[Contact("floor", gap=z, slip=(x.dot, y.dot), friction=0.2)], frictions=[Friction("guide", y.dot, 0.5)],
+    )  # fmt: skip
+    found = lag2fmu.gradient(flying, "x + 2*y", over=["x_dot", "y_dot", "z"], stop_time=0.2)
+    np.testing.assert_allclose(found.derivatives, [0.2, 0.4, 0.0], atol=1e-9)
 
 
 def test_what_varies_alone_is_tried_where_no_run_can_be_recorded() -> None:

@@ -17,6 +17,7 @@
 
 #include "contact_events.h"
 #include "directions.h"
+#include "element_rows.h"
 #include "event_noise.h"
 #include "event_steps.h"
 #include "events.h"
@@ -169,6 +170,9 @@ static bool find_shifts(Variations *variations) {
     for (int k = 0; k < N_EVENTS; k++) {
         first = state->due[k] && first < 0 ? k : first;
     }
+    for (int d = 0; d < variations->count; d++) {
+        variations->directions[d].shift = 0.0;
+    }
     if (first < 0) {
         return arena_leave(mark, true);
     }
@@ -319,6 +323,17 @@ static bool stand_before(Variations *variations) {
     return update_first_stage(before);
 }
 
+/* Does a latch catch at the start, and stop what moves there? */
+static bool catches(const Variations *variations) {
+    const double *before = variations->before.state.parameters + FIRST_LATCH;
+    const double *after = variations->study.instance.state.parameters + FIRST_LATCH;
+    bool caught = false;
+    for (int i = 0; i < N_LATCHES; i++) {
+        caught = caught || (before[i] == 0.0 && after[i] != 0.0);
+    }
+    return caught;
+}
+
 bool directions_start(Variations *variations) {
     Study *study = &variations->study;
     int first = -1;
@@ -330,7 +345,7 @@ bool directions_start(Variations *variations) {
     if (jumped && (!stand_before(variations) || !find_due(variations, &first, &others))) {
         return no_jump(variations, 0, "the motion before it is not known");
     }
-    if (first < 0) { /* what jumped is rounding, taken off what touches or rests */
+    if (first < 0 && !(jumped && catches(variations))) { /* what jumped is rounding, taken off what touches or rests */
         return directions_stand(variations, &study->instance) && study_settle(study);
     }
     if (!study_settle(study) || !update_first_stage(&study->instance) || !find_shifts(variations)) {
@@ -338,9 +353,9 @@ bool directions_start(Variations *variations) {
     }
     for (int d = 0; d < variations->count; d++) {
         if ((others && fabs(variations->directions[d].shift) > 0.0) || !passes_alike(variations)) {
-            return no_jump(variations, first, "an impact at the start is not alone there; begin a little earlier");
+            return no_jump(variations, first < 0 ? 0 : first, "an impact at the start is not alone there; begin a little earlier");
         }
-        if (!jump(variations, &variations->directions[d], first)) {
+        if (!jump(variations, &variations->directions[d], first < 0 ? 0 : first)) {
             return false;
         }
         memcpy(variations->directions[d].states, variations->directions[d].seed.states, N_STATES * sizeof(double));
