@@ -31,8 +31,8 @@ static bool solve_transposed(const Instance *instance, const Sliding *sliding, c
 /* A velocity beyond all slips, m/s or rad/s. */
 static const double BEYOND_SLIPS = 1e9;
 
-/* directed[N_PARAMETERS]: the parameters, in which contacts in space that do not slide have a direction too. Without one
-   the derivatives of their forces are 0/0, which weights of 0 do not cancel. */
+/* directed[N_PARAMETERS]: the parameters, in which contacts in space that do not slide have a direction too. Without
+   one the derivatives of their forces are 0/0, which weights of 0 do not cancel. */
 static void direct_all(const State *state, double directed[]) {
     memcpy(directed, state->parameters, N_PARAMETERS * sizeof(double));
     for (int i = 0; SLIPS_IN_SPACE && i < N_UNILATERALS; i++) {
