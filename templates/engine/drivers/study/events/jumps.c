@@ -351,11 +351,12 @@ bool directions_start(Variations *variations) {
     if (!study_settle(study) || !update_first_stage(&study->instance) || !find_shifts(variations)) {
         return false;
     }
+    const int named = first < 0 ? 0 : first;
     for (int d = 0; d < variations->count; d++) {
         if ((others && fabs(variations->directions[d].shift) > 0.0) || !passes_alike(variations)) {
-            return no_jump(variations, first < 0 ? 0 : first, "an impact at the start is not alone there; begin a little earlier");
+            return no_jump(variations, named, "an impact at the start is not alone there; begin a little earlier");
         }
-        if (!jump(variations, &variations->directions[d], first < 0 ? 0 : first)) {
+        if (!jump(variations, &variations->directions[d], named)) {
             return false;
         }
         memcpy(variations->directions[d].states, variations->directions[d].seed.states, N_STATES * sizeof(double));
