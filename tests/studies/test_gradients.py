@@ -213,6 +213,24 @@ def test_friction_in_space_that_does_not_act_leaves_derivatives_finite() -> None
     np.testing.assert_allclose(found.derivatives, [0.2, 0.4, 0.0], atol=1e-9)
 
 
+def test_a_plate_that_falls_flat_is_followed_back() -> None:
+    """Its two edges, without restitution, lift each other in turn ever less. Then it slides, and friction has had its
+    part of all impulses: x = u t - mu (g t**2/2 - h)."""
+    mu, g, h, half, u, tilt, t = 0.1, 9.81, 0.02, 0.1, 2.0, 0.05, 0.5
+    x, y, turn = coordinate("x", "m", velocity=u), coordinate("y", "m", start=h), coordinate("turn", "rad", start=tilt)
+    coefficient = parameter("mu", mu)
+    edges = [
+        Contact(name, gap=y + side * half * turn, slip=(x.dot,), friction=coefficient, restitution=0)
+        for name, side in (("left", -1), ("right", 1))
+    ]
+    plate = Mechanism(
+        "plate", coordinates=[x, y, turn], parameters=[coefficient], gravity=g, contacts=edges,
+        bodies=[Body("plate", 1, (x, y), angle=turn, inertia=0.03)],
+    )  # fmt: skip
+    found = lag2fmu.gradient(plate, "x", over=["x_dot", "y", "turn", "mu"], stop_time=t, tolerance=1e-9)
+    np.testing.assert_allclose(found.derivatives, [t, mu, 0.0, h - g * t**2 / 2], atol=1e-7)
+
+
 def test_what_varies_alone_is_tried_where_no_run_can_be_recorded() -> None:
     """Balls that touch part beside the motion, but not by their mass, which the energy is proportional to."""
     energy = "kinetic_energy + potential_energy"

@@ -15,6 +15,7 @@
 #include "settings.h"
 #include "settling.h"
 #include "stopping_slips.h"
+#include "system.h"
 
 /* Latches obey their switches. A latch that begins to hold a position holds it where it is. Returns whether one begins
    to hold or lets go. */
@@ -112,6 +113,25 @@ static bool stop_slips(Settling *settling, bool *jumped) {
     return arena_leave(mark, true);
 }
 
+/* What a force of 1 along the gap accelerates it by, m/s^2 or rad/s^2, beside what holds, or 0 where that holds the gap
+   too, but for rounding. The system is factorised. */
+static double mobility(const Settling *settling, const System *system, int contact) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK_ZEROS(mark, double, change, N_UNKNOWNS);
+    WORK(mark, double, answer, N_UNKNOWNS);
+    const double *row = settling->rows.jacobian + contact * N;
+    double moved = 0.0;
+    for (int i = 0; i < N; i++) {
+        change[i] = -row[i];
+    }
+    system_answer(system, change, answer);
+    for (int i = 0; i < N; i++) {
+        moved += row[i] * answer[i];
+    }
+    arena_release(mark);
+    return moved > OBEYED * settling->delassus[ROW_PLACES[contact] * (K + 1)] ? moved : 0.0;
+}
+
 /* Closes contacts at the top of the last rebound of their cascade, which is lower than the tolerance, unless other
    contacts have thrown them higher since. The energy of their height and velocity counts as dissipated. */
 static bool close_at_top(Settling *settling, bool *jumped) {
@@ -119,6 +139,7 @@ static bool close_at_top(Settling *settling, bool *jumped) {
     WORK(mark, double, unknowns, N_UNKNOWNS);
     Instance *instance = settling->instance;
     State *state = &instance->state;
+    System *system = &instance->scratch.system;
     bool found = false, closed = false;
     for (int i = 0; i < N_UNILATERALS; i++) {
         found = found || at_top(settling, i);
@@ -126,22 +147,24 @@ static bool close_at_top(Settling *settling, bool *jumped) {
     if (!found) {
         return arena_leave(mark, true);
     }
+    const double *inputs = inputs_at(instance, state->time);
     if (!settling_measure(settling) ||
-        !accelerations_at(instance, state->time, state->states, inputs_at(instance, state->time), unknowns)) {
+        !accelerations_at(instance, state->time, state->states, inputs, unknowns) ||
+        !system_factorize(instance, state->time, state->states, inputs, N_CONSTRAINTS, 0.0, system)) {
         return arena_leave(mark, false);
     }
     for (int i = 0; i < N_UNILATERALS; i++) {
-        const int k = ROW_PLACES[i];
-        const double gap = settling->rows.positions[i], v = settling->velocity[k];
+        const double gap = settling->rows.positions[i], v = settling->velocity[ROW_PLACES[i]];
         const double a = -row_acceleration(&settling->rows, i, unknowns);
         const double up = fmax(v, 0.0), low = 2.0 * settling_least_rebound(settling, i);
         if (!at_top(settling, i)) {
             continue;
         }
+        const double moves = mobility(settling, system, i);
         state->cascading[i] = CASCADE_NONE;
         settling->due[2 * i] = settling->due[2 * i + 1] = false;
         if (a > 0.0 && gap + 0.5 * up * up / a <= low) {
-            state->states[DISSIPATED] += (a * gap + 0.5 * v * v) / settling->delassus[k * K + k];
+            state->states[DISSIPATED] += moves > 0.0 ? (a * gap + 0.5 * v * v) / moves : 0.0;
             settling_close(settling, i);
             state->cascading[i] = CASCADE_RESTS;
             closed = true;

@@ -36,9 +36,10 @@ static double kept_up_rebound(const Settling *settling, int contact) {
    impacts accumulate. With the velocity v up and the acceleration -a the top is at v/a and the last of the impacts at
    2v/(a(1 - e)). The contact closes at the top, where it is at rest, and is held closed until the last impact: from
    rest to rest the normal impulse is weight times time, and friction takes its part of that.
-   A contact that the impact of another one lifts by less than is seen begins a cascade too, as the edges of a rocking
-   block do, which at last lift each other without end. If it closed at once, a pull would stop it, and friction would
-   not count the pull.
+   A contact that the impact of another one lifts begins a cascade too, as the edges of a rocking block do, which at
+   last lift each other without end. If it closed at once, a pull would stop it, and friction would not count the pull.
+   Without a restitution of its own it comes down to rest, so that a lift below the tolerance is enough; with one it
+   rebounds, and the lift has to be less than is seen.
    Impacts with a restitution of 1 do not accumulate. Such a contact closes at the top of a rebound if its gap is that
    of a closed one all the time: of thousands of impacts a millisecond nothing would be seen. */
 static void begin_cascades(Settling *settling) {
@@ -55,7 +56,8 @@ static void begin_cascades(Settling *settling) {
         const int k = ROW_PLACES[i];
         const double v = settling->velocity[k], a = settling->w[k], e = settling->restitution[i];
         const bool bounces = settling->rebounds[i] || stays_near(settling, i);
-        const double seen = bounces ? settling_least_rebound(settling, i) : unseen * row_size(&settling->rows, i);
+        const double least = settling_least_rebound(settling, i);
+        const double seen = bounces || e == 0.0 ? least : unseen * row_size(&settling->rows, i);
         const double kept_up = settling->rebounds[i] ? kept_up_rebound(settling, i) : 0.0;
         const double lowest = bounces ? fmax(fmax(seen, kept_up), -settling->rows.positions[i]) : seen;
         const bool lifted = struck && settling->touching[i];
