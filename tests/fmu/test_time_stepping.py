@@ -663,3 +663,35 @@ def test_steps_are_never_too_long_for_linear_dampers(exported) -> None:
         errors.append(max(np.abs(run[q] - exact[q]).max() for q in ("a", "b")))
     assert errors[0] < 2e-4
     assert errors[1] < 2e-6
+
+
+FADING_BRAKE = read(
+    """
+[mechanism]
+name = "fading_brake"
+[coordinates.a]
+unit = "rad"
+velocity = 2.0
+[bodies]
+wheel = { mass = 1, inertia = 1, position = [0, 0], angle = "a" }
+[frictions.brake]
+on = "a_dot"
+force = "max(0, 1 - t)"
+[experiment]
+stop_time = 2.0
+step = 0.1
+""",
+    "fading_brake",
+)
+
+
+def test_a_friction_that_fades_is_the_one_in_the_middle_of_the_step(exported) -> None:
+    """2 - t + t^2/2 rad/s until 1 s. With the branch of max from the step's begin it was negative, and the run ended.
+
+    The mean of a line over a step is that in its middle; one step has the kink inside.
+    """
+    run = simulate(exported(FADING_BRAKE, solver="moreau").path, values={"solver_step": 0.03})
+    time = np.minimum(run.time, 1.0)
+    errors = np.abs(run["a_dot"] - (2.0 - time + 0.5 * time**2))
+    assert errors[run.time < 0.95].max() < 1e-12
+    assert errors.max() < 0.03**2

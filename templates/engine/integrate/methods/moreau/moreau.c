@@ -51,11 +51,12 @@ static void complete_impulses(Instance *instance, const double qd[]) {
     arena_release(mark);
 }
 
-/* middle[2n] gets the mean of the velocities at both ends. */
-static void take_mean(const Instance *instance, const double qd[], double middle[]) {
+/* middle[2n] gets the mean of the velocities at both ends, and switches turn as it says. */
+static void take_mean(Instance *instance, double time, const double qd[], double middle[]) {
     for (int i = 0; i < N; i++) {
         middle[N + i] = 0.5 * (instance->state.states[N + i] + qd[i]);
     }
+    step_turn_switches(instance, time, middle);
 }
 
 /* Moves z with its rate at the middle of the step, and adds the energy that normal impulses take to the dissipated
@@ -129,7 +130,7 @@ static bool solve_step_velocities(Instance *instance, double time, double length
             return false;
         }
         find_step_velocities(instance, length, qd);
-        take_mean(instance, qd, middle);
+        take_mean(instance, time, qd, middle);
     }
     complete_impulses(instance, qd);
     return true;
@@ -144,6 +145,7 @@ static bool find_states(Instance *instance, Step step) {
     for (int i = 0; i < N; i++) {
         middle[i] += half * middle[N + i];
     }
+    step_turn_switches(instance, time, middle);
     return solve_step_velocities(instance, time, step.length, middle, states + N) &&
            find_further(instance, time, step.length, middle, states) && find_positions(instance, step, middle, states);
 }
