@@ -97,8 +97,7 @@ class Translator:
                 g.apply("exp", self._node(e.exp)) if e.base is sp.E else g.power(self._node(e.base), self._node(e.exp))
             )
         if isinstance(e, Choice):
-            margin, *branches = (self._node(a) for a in e.args)
-            return g.choose(margin, *(self._branch(branch) for branch in branches))
+            return self._choice(e)
         if isinstance(e, Smooth):
             return self._smooth(self._node(e.args[0]))
         if isinstance(e, TableCall):
@@ -125,6 +124,10 @@ class Translator:
                 operands[i] = g.apply("passed", operands[i])
             new[below] = below if operands == list(g.operands[below]) else g.rebuild(below, operands)
         return new[node]
+
+    def _choice(self, e: Choice) -> Node:
+        margin, *branches = (self._node(a) for a in e.args)
+        return self.graph.choose(margin, *(self._branch(branch) for branch in branches))
 
     def _branch(self, node: Node) -> Node:
         """``node``, a branch of a choice, with operands of roots and broken powers that count as 0 where negative.
