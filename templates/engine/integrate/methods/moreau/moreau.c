@@ -104,8 +104,18 @@ static bool find_positions(Instance *instance, Step step, const double middle[],
     return arena_leave(mark, new_states_finite(instance, step));
 }
 
+/* Does a contact collide in this step? */
+static bool collides(const Instance *instance) {
+    bool found = false;
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        found = found || step_collides(instance, c);
+    }
+    return found;
+}
+
 /* The velocities qd[n] at the end; in middle[2n] the mean of both ends takes the place of those at the beginning.
-   Forces and coefficients that depend on velocities belong to that mean, too. Those of linear dampers do at once. */
+   Forces and coefficients that depend on velocities belong to that mean, too; at impacts coefficients are those before
+   the jump. Forces of linear dampers belong to the mean at once. */
 static bool solve_step_velocities(Instance *instance, double time, double length, double middle[], double qd[]) {
     SolverScratch *rows = &instance->scratch.solver;
     if (!step_middle(instance, time, 0.5 * length, middle)) {
@@ -122,7 +132,7 @@ static bool solve_step_velocities(Instance *instance, double time, double length
         if (pass > 0) {
             stepped_force(instance, time, middle);
             stepped_accelerate(instance, rows->accelerations);
-            if (VELOCITY_FRICTION) {
+            if (VELOCITY_FRICTION && !collides(instance)) {
                 step_coefficients(instance, time, middle);
             }
         }
