@@ -27,6 +27,7 @@ from lag2fmu.dynamics.equations import EquationsOfMotion
 from lag2fmu.dynamics.tangent import Tangent, differentiate
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.batches import Floats, Values, evaluate, matrix
+from lag2fmu.graph.derivatives import steep_roots
 from lag2fmu.graph.nodes import Node
 from lag2fmu.language.given import check_names
 from lag2fmu.language.identifiers import suggestion
@@ -80,7 +81,7 @@ class Linearizer:
         qdd, multipliers, inverse = self._motion(values, M, G)
         values = {**values, **dict(zip(labels, [*qdd, *multipliers], strict=True))}
         rows = self._residual(values)
-        if not (np.isfinite(rows).all() and np.isfinite(inverse).all()):
+        if not (np.isfinite(inverse).all() and self._bounded(rows, self.tangent.residual, values)):
             raise DerivationError(
                 f"mechanism '{e.mechanism.name}': the equations have no finite derivatives at the state"
             )
@@ -90,7 +91,7 @@ class Linearizer:
         chosen, shape, push = self._free_states(bound)
         further = self._moved(self.tangent.further, values, moved)
         rate = np.concatenate([np.eye(n, self.size + len(self.inputs), n), moved[:n], further])
-        if not np.isfinite(rate).all():
+        if not self._bounded(rate, self.tangent.further, values):
             raise DerivationError(
                 f"mechanism '{e.mechanism.name}': a further state has no finite derivatives at the state"
             )
@@ -120,6 +121,12 @@ class Linearizer:
             action=-rows[:n, self.size :],
             tangent=shape[:n, : sum(i < n for i in chosen)],
         )
+
+    def _bounded(self, found: Floats, nodes: Sequence[Node], values: Values) -> bool:
+        """Whether all derivatives ``found``, of ``nodes`` (k,), are finite, and no root begins to rise from 0 there."""
+        g = self.equations.graph
+        steep = (evaluate(g, root, values) for root in steep_roots(g, nodes))
+        return bool(np.isfinite(found).all()) and not any(root[0] == 0 and (root[1:] == 0).any() for root in steep)
 
     def _motion(self, values: Values, M: Floats, G: Floats) -> tuple[Floats, Floats, Floats]:
         """Accelerations (n,), multipliers (m,) and the inverse (n + m, n + m) of the system that both solve."""

@@ -10,9 +10,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from lag2fmu.dynamics.equations import EquationsOfMotion
+from lag2fmu.graph.derivatives import kink_margin
 from lag2fmu.graph.fingerprint import PRIME
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import KINKS, OPERATIONS
+from lag2fmu.graph.operations import OPERATIONS
 
 
 def on_each_side(
@@ -45,16 +46,8 @@ def _margins(equations: EquationsOfMotion) -> set[int]:
     """The keys of the margins of the constraints' kinks that contain coordinates, velocities or the time."""
     g, c, v = equations.graph, equations.constraints, equations.variables
     moving = {v.t, *v.states}
-    margins = [_margin(g, node) for node in g.cone((*c.positions, *c.velocities))]
+    margins = [kink_margin(g, node) for node in g.cone((*c.positions, *c.velocities))]
     return {_key(g, margin)[0] for margin in margins if margin is not None and moving & {*g.cone([margin])}}
-
-
-def _margin(g: Graph, node: Node) -> Node | None:
-    """The margin at whose sign the kink ``node`` changes; None if it is no kink."""
-    name, operands = OPERATIONS[g.code[node]].name, g.operands[node]
-    if name not in KINKS:
-        return None
-    return g.subtract(*operands) if KINKS[name] == 2 else operands[0]
 
 
 def _key(g: Graph, margin: Node) -> tuple[int, bool]:
@@ -67,7 +60,7 @@ def _replaced(g: Graph, nodes: Sequence[Node], margins: set[int], positive: bool
     """The ``nodes`` (k,) with what their kinks are where the ``margins``, given by their keys, are ``positive``."""
     new: dict[Node, Node] = {}
     for node in g.cone(nodes):
-        operands, margin = [new[operand] for operand in g.operands[node]], _margin(g, node)
+        operands, margin = [new[operand] for operand in g.operands[node]], kink_margin(g, node)
         key, opposite = (0, False) if margin is None else _key(g, margin)
         if margin is None or key not in margins:
             new[node] = g.rebuild(node, operands)

@@ -25,18 +25,18 @@ from lag2fmu.dynamics.tables import in_pieces
 from lag2fmu.dynamics.variables import integrated_states
 from lag2fmu.graph.autodiff import reverse
 from lag2fmu.graph.batches import evaluate
+from lag2fmu.graph.derivatives import kink_margin
 from lag2fmu.graph.fingerprint import PRIME
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import CHOICE, KINKS, OPERATIONS, SYMBOL
+from lag2fmu.graph.operations import KINKS, OPERATIONS, ROOTS, SYMBOL
 from lag2fmu.graph.to_sympy import written, written_operations
 from lag2fmu.mechanism.record import Mechanism
 
 _WITHOUT_EFFECT = {f"mechanism_{x}" for x in ("locals", "locals_tangent", "locals_second", "dependent", "restitution")}
 """Functions that compute from the motion and do not act on it, or at single times alone."""
 
-_LIMITED = ("sqrt", "log", "asin", "acos", "power", "power_or_zero")
+_LIMITED = (*ROOTS, "log", "asin", "acos")
 """Operations that have values for some operands only."""
-_ROOTS = ("sqrt", "power", "power_or_zero")
 PLACES = 65
 """The number of times at which a function of the time is evaluated to tell its size."""
 _READABLE = 200
@@ -143,13 +143,11 @@ class _Kinks:
         ``known`` {key of a margin: switch} are the switches there are.
         """
         graph = self.graph
-        kept, bases = self._kept(cone), self._bases(cone)
+        kept = self._kept(cone)
         new: dict[Node, Node] = dict(held or {})
         for node in (node for node in cone if node not in new):
             operands = graph.operands[node]
             moved = [new[operand] for operand in operands]
-            if OPERATIONS[graph.code[node]].name in _ROOTS and operands[0] in bases:
-                moved[0] = graph.apply("max", moved[0], graph.zero)
             margin = None if node in kept else self._margin(node)
             switch = None if margin is None else self._switch(known, margin)
             if switch is not None:
@@ -163,7 +161,7 @@ class _Kinks:
         name, operands = OPERATIONS[self.graph.code[node]].name, self.graph.operands[node]
         if name not in KINKS or all(self._passed(operand) for operand in operands[: KINKS[name]]):
             return None
-        return self.graph.subtract(*operands) if KINKS[name] == 2 else operands[0]
+        return kink_margin(self.graph, node)
 
     def _kept(self, cone: Sequence[Node]) -> set[Node]:
         """The abs, min and max of ``cone`` that stay as they are: the operands of roots, logarithms and powers.
@@ -176,15 +174,6 @@ class _Kinks:
         limited = [node for node in cone if OPERATIONS[g.code[node]].name in _LIMITED]
         below = g.cone(operand for node in limited for operand in g.operands[node])
         return {node for node in below if OPERATIONS[g.code[node]].name in ("abs", "min", "max")}
-
-    def _bases(self, cone: Sequence[Node]) -> set[Node]:
-        """The operands of roots and powers in the branches of choices in ``cone``; they count as 0 where negative.
-
-        For rounding and trial steps evaluate a branch a little beyond the place where it ends.
-        """
-        g = self.graph
-        branches = g.cone(b for n in cone if g.code[n] == CHOICE for b in g.operands[n][1:])
-        return {g.operands[node][0] for node in branches if OPERATIONS[g.code[node]].name in _ROOTS}
 
     def _passed(self, margin: Node) -> bool:
         """Whether solvers may pass a kink of ``margin``: it is made of numbers and arguments of ``smooth`` alone."""

@@ -11,7 +11,7 @@ import sympy as sp
 
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import KINKS, LOOKUP, LOOKUP_2, OPERATIONS
+from lag2fmu.graph.operations import KINKS, LOOKUP, LOOKUP_2, OPERATIONS, ROOTS
 from lag2fmu.language.definitions import calls
 from lag2fmu.language.vocabulary import Choice, Smooth, TableCall
 
@@ -97,7 +97,7 @@ class Translator:
                 g.apply("exp", self._node(e.exp)) if e.base is sp.E else g.power(self._node(e.base), self._node(e.exp))
             )
         if isinstance(e, Choice):
-            return g.choose(*(self._node(a) for a in e.args))
+            return self._choice(e)
         if isinstance(e, Smooth):
             return self._smooth(self._node(e.args[0]))
         if isinstance(e, TableCall):
@@ -122,6 +122,24 @@ class Translator:
             operands = [new[operand] for operand in g.operands[below]]
             for i in _located(g.code[below]):
                 operands[i] = g.apply("passed", operands[i])
+            new[below] = below if operands == list(g.operands[below]) else g.rebuild(below, operands)
+        return new[node]
+
+    def _choice(self, e: Choice) -> Node:
+        margin, *branches = (self._node(a) for a in e.args)
+        return self.graph.choose(margin, *(self._branch(branch) for branch in branches))
+
+    def _branch(self, node: Node) -> Node:
+        """``node``, a branch of a choice, with operands of roots and broken powers that count as 0 where negative.
+
+        For rounding and trial steps evaluate a branch a little beyond the place where it ends.
+        """
+        g = self.graph
+        new: dict[Node, Node] = {}
+        for below in g.cone([node]):
+            operands = [new[operand] for operand in g.operands[below]]
+            if OPERATIONS[g.code[below]].name in ROOTS:
+                operands[0] = g.apply("max", g.apply("passed", operands[0]), g.zero)
             new[below] = below if operands == list(g.operands[below]) else g.rebuild(below, operands)
         return new[node]
 

@@ -85,5 +85,6 @@ ARITY = tuple(row.arity for row in OPERATIONS)
 CONSTANT, SYMBOL, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE = range(7)
 KINKS = {"sign": 1, "abs": 1, "heaviside": 1, "min": 2, "max": 2, "choice": 1}
 """The operations with a kink: {name: how many of the first operands say where the kink is}."""
+ROOTS = ("sqrt", "power", "power_or_zero")
 SINE, COSINE, CHOICE = CODE["sin"], CODE["cos"], CODE["choice"]
 LOOKUP, LOOKUP_2 = CODE["lookup"], CODE["lookup_2"]

@@ -73,7 +73,7 @@ def _residuals(task: Task, system: HybridSystem, along: Along, options: Run) -> 
     """What ``judged`` says ``along`` a run by ``options``; where an integral seems wrong, what finer runs say of it."""
     accuracy = accuracy_of(task.tolerance, task.solver_step)
     items = [*judged(along, accuracy, smooth=not task.holds)]
-    for parts in PARTS if accuracy.step == 0.0 else ():
+    for parts in (n for n in PARTS if n * accuracy.step <= task.steps[1]):
         if all(item.value <= item.bar for item in items if item.law in INTEGRALS):
             break
         finer_run = replace(options, step=task.steps[1] / parts, tolerance=SHARPER * task.tolerance)

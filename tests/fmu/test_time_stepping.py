@@ -663,3 +663,65 @@ def test_steps_are_never_too_long_for_linear_dampers(exported) -> None:
         errors.append(max(np.abs(run[q] - exact[q]).max() for q in ("a", "b")))
     assert errors[0] < 2e-4
     assert errors[1] < 2e-6
+
+
+FADING_BRAKE = read(
+    """
+[mechanism]
+name = "fading_brake"
+[coordinates.a]
+unit = "rad"
+velocity = 2.0
+[bodies]
+wheel = { mass = 1, inertia = 1, position = [0, 0], angle = "a" }
+[frictions.brake]
+on = "a_dot"
+force = "max(0, 1 - t)"
+[experiment]
+stop_time = 2.0
+step = 0.1
+""",
+    "fading_brake",
+)
+
+
+def test_a_friction_that_fades_is_the_one_in_the_middle_of_the_step(exported) -> None:
+    """2 - t + t^2/2 rad/s until 1 s. With the branch of max from the step's begin it was negative, and the run ended.
+
+    The mean of a line over a step is that in its middle; one step has the kink inside.
+    """
+    run = simulate(exported(FADING_BRAKE, solver="moreau").path, values={"solver_step": 0.03})
+    time = np.minimum(run.time, 1.0)
+    errors = np.abs(run["a_dot"] - (2.0 - time + 0.5 * time**2))
+    assert errors[run.time < 0.95].max() < 1e-12
+    assert errors.max() < 0.03**2
+
+
+FALLING_FRICTION = read(
+    """
+[mechanism]
+name = "falling_friction"
+[coordinates]
+x = { unit = "m", velocity = 2.0 }
+y = { unit = "m", start = 0.05 }
+[gravity]
+acceleration = 9.81
+[bodies.block]
+mass = 1
+position = ["x", "y"]
+[contacts.floor]
+gap = "y"
+slip = "x_dot"
+friction = "0.5*exp(-abs(x_dot))"
+""",
+    "falling_friction",
+)
+
+
+def test_an_impact_has_the_friction_of_the_velocity_before_it(exported) -> None:
+    """As located impacts have. With that of the mean of both velocities the error was 2 % whatever the step."""
+    fall = np.sqrt(2 * 0.05 / G)
+    stop = 1.002 * fall
+    path = exported(FALLING_FRICTION, solver="moreau").path
+    run = simulate(path, stop_time=stop, step=stop, values={"solver_step": 1e-3 * fall})
+    assert 2.0 - run["x_dot"][-1] == pytest.approx(0.5 * np.exp(-2.0) * G * fall, rel=5e-3)

@@ -191,6 +191,27 @@ def test_broken_powers_above_one_are_flat_at_zero(power: Fraction, base: str) ->
     assert graph.evaluate(derivatives, {"x": bent}) == pytest.approx(slopes, rel=1e-14)
 
 
+@pytest.mark.parametrize(
+    "root", ["sqrt(2*max(0, -x))", "max(0, -x)**n", "if(x < 0, (-x)**n, 0)", "if(x < 0, sqrt(-x), 0)"]
+)
+@pytest.mark.parametrize("place", [0.0, 2.0])
+def test_roots_that_a_kink_holds_at_zero_have_finite_derivatives(root: str, place: float) -> None:
+    """By the base and by the exponent, n = 3/2: both stay 0."""
+    graph = Graph()
+    x, n, by_x, by_n = (graph.symbol(name) for name in ("x", "n", "dx", "dn"))
+    found = Translator(graph, {"x": x, "n": n})(parse(root))
+    results = [*forward(graph, [found], {x: by_x, n: by_n}), *reverse(graph, {found: by_x}, [x, n])]
+    assert graph.evaluate(results, {"x": place, "n": 1.5, "dx": 1.0, "dn": 0.3}) == [0.0] * 3
+
+
+def test_a_power_of_a_negative_base_has_a_slope_where_its_exponent_is_whole() -> None:
+    """The tangent of a program has seeds for all parameters, 0 for this exponent."""
+    graph = Graph()
+    x, n, none = (graph.symbol(name) for name in ("x", "n", "dn"))
+    (slope,) = forward(graph, [graph.power(x, n)], {x: graph.one, n: none})
+    assert graph.evaluate([slope], {"x": -2.0, "n": 3.0, "dn": 0.0}) == [12.0]
+
+
 FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")
 COMPLEX = {name: getattr(cmath, name) for name in FUNCTIONS} | {"negate": lambda z: -z}
 

@@ -22,6 +22,7 @@ from lag2fmu.reference.hybrid.modes import Mode
 from lag2fmu.reference.hybrid.run import HybridRun, Track, started
 from lag2fmu.reference.hybrid.search import decided
 from lag2fmu.reference.hybrid.system import HybridSystem
+from lag2fmu.reference.hybrid.timed import first_descent
 from lag2fmu.reference.signals import signals_of
 from tests.reference import hybrid_mechanisms as known
 
@@ -914,3 +915,9 @@ def test_ball_with_its_mass_beside_its_centre_slides_and_rolls() -> None:
         "skewed.toml",
     )
     assert integrate(mechanism, [0.0, 0.5], rtol=1e-11).relative_error.max() < 1e-8
+
+
+def test_a_margin_of_the_time_is_looked_at_in_steps_of_its_rounding() -> None:
+    """As before a square root whose operand ends with its branch: the times of samples are all equal there."""
+    before = float(np.nextafter(1.0, 0.0))
+    assert first_descent(lambda t: 1.0 - t, before, 1.0, 0.0, True) == 1.0

@@ -182,3 +182,31 @@ step = 0.01
     report = validate(exported(read(stone, "stair"), solver="moreau"))
     assert report.outcome == "ok", report
     assert any(check.name.startswith("co-simulation, step") for check in report.checks), report
+
+
+HUM = """
+[mechanism]
+name = "hum"
+[coordinates]
+x = { unit = "m", start = 0.01 }
+[bodies.tongue]
+mass = 1
+position = ["x", 0]
+[springs.reed]
+stiffness = 98696.044
+elongation = "x"
+[dampers.air]
+damping = 3
+rate = "x_dot"
+[contacts.block]
+gap = "x + 1"
+[experiment]
+stop_time = 0.3
+step = 0.01
+"""
+
+
+def test_a_tongue_that_hums_within_some_steps_passes(exported) -> None:
+    """A period is 20 solver steps, of errors of second order, and 2 communication steps: its losses fall between."""
+    report = validate(exported(read(HUM, "hum"), solver="moreau"))
+    assert report.outcome == "ok", report

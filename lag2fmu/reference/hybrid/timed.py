@@ -32,7 +32,7 @@ def first_descent(function: Callable[[Floats], Floats], a: float, b: float, floo
         return float(function(np.array([t]))[0])
 
     times, values = _samples(function, a, b)
-    slope = abs(float(values[1] - values[0])) / float(times[1] - times[0])
+    slope = abs(float(values[1] - values[0])) / max(float(times[1] - times[0]), float(np.spacing(b)))
     floor = max(floor, ROUNDING * max(abs(a), abs(b)) * slope)
     if not armed:
         positive, negative = np.flatnonzero(values > floor), np.flatnonzero(values < -10 * floor)

@@ -51,11 +51,12 @@ static void complete_impulses(Instance *instance, const double qd[]) {
     arena_release(mark);
 }
 
-/* middle[2n] gets the mean of the velocities at both ends. */
-static void take_mean(const Instance *instance, const double qd[], double middle[]) {
+/* middle[2n] gets the mean of the velocities at both ends, and switches turn as it says. */
+static void take_mean(Instance *instance, double time, const double qd[], double middle[]) {
     for (int i = 0; i < N; i++) {
         middle[N + i] = 0.5 * (instance->state.states[N + i] + qd[i]);
     }
+    step_turn_switches(instance, time, middle);
 }
 
 /* Moves z with its rate at the middle of the step, and adds the energy that normal impulses take to the dissipated
@@ -103,8 +104,18 @@ static bool find_positions(Instance *instance, Step step, const double middle[],
     return arena_leave(mark, new_states_finite(instance, step));
 }
 
+/* Does a contact collide in this step? */
+static bool collides(const Instance *instance) {
+    bool found = false;
+    for (int c = 0; c < N_UNILATERALS; c++) {
+        found = found || step_collides(instance, c);
+    }
+    return found;
+}
+
 /* The velocities qd[n] at the end; in middle[2n] the mean of both ends takes the place of those at the beginning.
-   Forces and coefficients that depend on velocities belong to that mean, too. Those of linear dampers do at once. */
+   Forces and coefficients that depend on velocities belong to that mean, too; at impacts coefficients are those before
+   the jump. Forces of linear dampers belong to the mean at once. */
 static bool solve_step_velocities(Instance *instance, double time, double length, double middle[], double qd[]) {
     SolverScratch *rows = &instance->scratch.solver;
     if (!step_middle(instance, time, 0.5 * length, middle)) {
@@ -121,7 +132,7 @@ static bool solve_step_velocities(Instance *instance, double time, double length
         if (pass > 0) {
             stepped_force(instance, time, middle);
             stepped_accelerate(instance, rows->accelerations);
-            if (VELOCITY_FRICTION) {
+            if (VELOCITY_FRICTION && !collides(instance)) {
                 step_coefficients(instance, time, middle);
             }
         }
@@ -129,7 +140,7 @@ static bool solve_step_velocities(Instance *instance, double time, double length
             return false;
         }
         find_step_velocities(instance, length, qd);
-        take_mean(instance, qd, middle);
+        take_mean(instance, time, qd, middle);
     }
     complete_impulses(instance, qd);
     return true;
@@ -144,6 +155,7 @@ static bool find_states(Instance *instance, Step step) {
     for (int i = 0; i < N; i++) {
         middle[i] += half * middle[N + i];
     }
+    step_turn_switches(instance, time, middle);
     return solve_step_velocities(instance, time, step.length, middle, states + N) &&
            find_further(instance, time, step.length, middle, states) && find_positions(instance, step, middle, states);
 }

@@ -67,7 +67,7 @@ static void settle_latch(Instance *instance, int latch) {
     row_activate(state, row, holds);
 }
 
-static void turn_switches(Instance *instance, double time, const double states[]) {
+void step_turn_switches(Instance *instance, double time, const double states[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, margins, N_SWITCHES + 1);
     double *switches = instance->state.parameters + N_MASKS;
@@ -102,7 +102,7 @@ void step_modes(Instance *instance, double time, const double states[]) {
     if (read && contacts_slide_in_space(instance)) {
         direct_slips(instance, time, states);
     }
-    turn_switches(instance, time, states);
+    step_turn_switches(instance, time, states);
     for (int i = 0; i < N_LATCHES; i++) {
         settle_latch(instance, i);
     }
