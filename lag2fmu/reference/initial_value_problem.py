@@ -192,7 +192,8 @@ class InitialValueProblem:
         """Move the state of SciPy's ``solver`` onto the constraints after a step, where full steps can.
 
         Rounding takes it off them. Near singular positions little holds it, and that would decide on the motion. Where
-        directions are lost it waits until the motion is farther off.
+        directions are lost it waits until the motion is farther off. Then forces of the constraints move it, as they
+        would have done meanwhile.
         """
         n, constraints = self.n, self.equations.energies.constraints
         z = solver.y.reshape(-1, self.size + 1)
@@ -209,7 +210,11 @@ class InitialValueProblem:
             return np.concatenate([q, qd, z[:, 2 * n :]], axis=1)
 
         q, qd, met = constraints.consistent_together(
-            lambda q, qd: self.state(solver.t, moved(q, qd)), z[:, :n], z[:, n : 2 * n], self.nominal[:n]
+            lambda q, qd: self.state(solver.t, moved(q, qd)),
+            z[:, :n],
+            z[:, n : 2 * n],
+            self.nominal[:n],
+            self._rows.mobility,
         )
         if met.all():
             solver.y = moved(q, qd).ravel()
