@@ -256,7 +256,8 @@ class InitialValueProblem:
         slopes = np.empty_like(copies)
         slopes[:, :n] = copies[:, n : 2 * n]
         for copy, slope in zip(copies, slopes, strict=True):
-            self.equations.energies.with_states(inputs, copy[2 * n : self.size])
+            if self.further:
+                self.equations.energies.with_states(inputs, copy[2 * n : self.size])
             qdd, multipliers, slope[self.size] = single.rates(t, copy, inputs, self.damping)
             slope[n : 2 * n] = qdd
             if self.further:
