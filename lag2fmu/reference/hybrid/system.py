@@ -146,22 +146,28 @@ class HybridSystem:
         found, units, free = _solved(point.terms.mass_matrix, G, directions, right, redundant=redundant)
         self._redundant = modes if free.size else None
 
+        slides, holds = (np.zeros(e.f),) * 2 if e.load_dependent or not e.f else self._capacities_alone(point)
+
         def answer_of(x: Floats) -> Answer:
             forces = spread @ x[n + m : n + m + len(closed)]
             forces[bound[len(closed) :]] += x[n + m + len(closed) :]
-            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f), bound, units, free, np.zeros((e.f, len(G))))
+            return Answer(x[:n], x[n : n + m], forces, holds, bound, units, free, np.zeros((e.f, len(G))))
 
-        limit = self._sliding_forces(point, found, answer_of, sliding) if e.f else np.zeros(0)
+        limit = self._sliding_forces(point, found, answer_of, sliding) if e.load_dependent else slides[sliding]
         whole = answer_of(found[:, 0] + found[:, 1:] @ limit)
         whole.forces[e.friction_rows[sliding]] = -senses * limit
-        return self._with_holding(point, whole) if e.f else whole
+        return self._with_holding(point, whole) if e.load_dependent else whole
+
+    def _capacities_alone(self, point: MotionPoint) -> tuple[Floats, Floats]:
+        """The sliding and the largest holding forces of frictions, (f,) each, that depend on no forces."""
+        return self.elements.capacities(point.state, np.zeros(self.constraints.m), np.zeros(self.elements.k))
 
     def _with_holding(self, point: MotionPoint, whole: Answer) -> Answer:
         """The answer with what frictions hold at most, and with what loads add to it where these are not unique."""
-        e, m = self.elements, self.constraints.m
-        if not whole.free.size or not e.load_dependent:
-            return replace(whole, holding=e.capacities(point.state, whole.multipliers, whole.forces)[1])
-        values, slopes = e.capacity_slopes(point.state, whole.multipliers, whole.forces)
+        e, m, borne = self.elements, self.constraints.m, (whole.multipliers, whole.forces)
+        if not whole.free.size:
+            return replace(whole, holding=e.capacities(point.state, *borne)[1])
+        values, slopes = e.capacity_slopes(point.state, *borne)
         return replace(whole, holding=values[1], bears=slopes[1][:, [*range(m), *(m + row for row in whole.bound)]])
 
     def _sliding_forces(
@@ -174,8 +180,6 @@ class HybridSystem:
         e, whole = self.elements, [answer_of(column) for column in found.T]
         borne = np.array([np.concatenate([a.multipliers, a.forces]) for a in whole])
         limit, m = np.zeros(len(sliding)), self.constraints.m
-        if not e.load_dependent:
-            return np.asarray(e.capacities(point.state, borne[0, :m], borne[0, m:])[0][sliding])
         for _ in range(50):
             at = borne[0] + limit @ borne[1:]
             (value, _), (slopes, _) = e.capacity_slopes(point.state, at[:m], at[m:])
