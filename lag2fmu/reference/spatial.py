@@ -144,8 +144,6 @@ class Spatial:
 
     def resistance(self, rows: Array, inputs: Array) -> Array:
         """The power (W) that dampers with a force on frames dissipate, (*shape); ``inputs`` as those of ``forces``."""
-        if not self._forceful:
-            return np.zeros(rows.shape[1:])
 
         def evaluate(block: Array) -> Array:
             rates = self.rates(self._local(block[: len(rows)], self._constants), np.sqrt)

@@ -161,8 +161,7 @@ def _compared(own: Task, references: References, located: References, checks: li
             checks.append(Check(f"{label}, share not compared", 1.0, most_left_out(task), detail, extent=True))
             continue
         runs[label] = run = run.until(end)
-        if beside is references:
-            of_law[label] = run
+        of_law |= {label: run} if beside is references else {}
         if task.states and step <= horizon_of(task, reference) * (1 + 1e-9):  # else the start alone
             check = compare(task, label, run, reference)
             checks.append(by_sharper_run(task, check, kind, step, events, reference))

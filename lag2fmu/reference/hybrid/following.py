@@ -163,13 +163,18 @@ class Follower:
                 self.closings[i] = self.memory.impacts[i]
         if new.sides != modes.sides:
             self.memory.turns.append(t)
-        if self.kick is not None and t > self.run.times[0]:
-            state = released(self.run.system, state, (modes, new), self.kick)
+        state = self._kicked(state, modes, new)
         y = np.concatenate([state.q, state.qd, y[2 * self.n : -2], y[-2:] + gained])
         self._measure_rebounds(state, new, logged)
         for row in np.flatnonzero(self.run.times == t).tolist():
             self._remember(row, y, new)
         return y, new
+
+    def _kicked(self, state: StateBatch, modes: Modes, new: Modes) -> StateBatch:
+        """The ``state`` with what a perturbed run gets behind an event that leads from ``modes`` to ``new`` ones."""
+        if self.kick is None or state.t <= self.run.times[0]:
+            return state
+        return released(self.run.system, state, (modes, new), self.kick)
 
     def _settled(self, state: StateBatch, modes: Modes, due: Due, further: Floats) -> tuple[StateBatch, Modes, Floats]:
         """What ``settled`` finds, where contacts without a load close which the motion presses at once.

@@ -42,5 +42,5 @@ def _freed(system: HybridSystem, before: Modes, behind: Modes) -> Iterator[tuple
         if a is Mode.STICKS and b is not Mode.STICKS:
             yield row, SENSE[b]
     for row, held, holds in zip(e.latch_rows, before.held, behind.held, strict=True):
-        if held and not holds:
+        if held > holds:
             yield row, 1.0

@@ -70,8 +70,7 @@ class HybridSystem:
         return MotionPoint(state, terms, forcing, values, self.elements.rows(state), self.nominal)
 
     def _constraint_values(self, state: StateBatch) -> Values:
-        empty = np.zeros(0)
-        return self.constraints(state) if self.constraints.m else (empty, empty, empty, np.zeros((0, self.n)))
+        return self.constraints(state) if self.constraints.m else (*np.zeros((3, 0)), np.zeros((0, self.n)))
 
     def stops(self, t: float | Floats, why: str) -> SimulationError:
         """The error that says ``why`` there is no motion from the time ``t`` (s) on."""
@@ -146,7 +145,7 @@ class HybridSystem:
         found, units, free = _solved(point.terms.mass_matrix, G, directions, right, redundant=redundant)
         self._redundant = modes if free.size else None
 
-        slides, holds = (np.zeros(e.f),) * 2 if e.load_dependent or not e.f else self._capacities_alone(point)
+        slides, holds = self._capacities_alone(point)
 
         def answer_of(x: Floats) -> Answer:
             forces = spread @ x[n + m : n + m + len(closed)]
@@ -159,15 +158,17 @@ class HybridSystem:
         return self._with_holding(point, whole) if e.load_dependent else whole
 
     def _capacities_alone(self, point: MotionPoint) -> tuple[Floats, Floats]:
-        """The sliding and the largest holding forces of frictions, (f,) each, that depend on no forces."""
-        return self.elements.capacities(point.state, np.zeros(self.constraints.m), np.zeros(self.elements.k))
+        """The sliding and the largest holding forces of frictions, (f,) each; 0 where they depend on other forces."""
+        e, none = self.elements, np.zeros(self.elements.f)
+        loads = np.zeros(self.constraints.m), np.zeros(e.k)
+        return (none, none) if e.load_dependent or not e.f else e.capacities(point.state, *loads)
 
     def _with_holding(self, point: MotionPoint, whole: Answer) -> Answer:
         """The answer with what frictions hold at most, and with what loads add to it where these are not unique."""
-        e, m, borne = self.elements, self.constraints.m, (whole.multipliers, whole.forces)
+        e, m = self.elements, self.constraints.m
         if not whole.free.size:
-            return replace(whole, holding=e.capacities(point.state, *borne)[1])
-        values, slopes = e.capacity_slopes(point.state, *borne)
+            return replace(whole, holding=e.capacities(point.state, whole.multipliers, whole.forces)[1])
+        values, slopes = e.capacity_slopes(point.state, whole.multipliers, whole.forces)
         return replace(whole, holding=values[1], bears=slopes[1][:, [*range(m), *(m + row for row in whole.bound)]])
 
     def _sliding_forces(
@@ -177,9 +178,8 @@ class HybridSystem:
 
         ``found`` (n + r, 1 + s): the solution without these forces, and what a unit of each force adds.
         """
-        e, whole = self.elements, [answer_of(column) for column in found.T]
-        borne = np.array([np.concatenate([a.multipliers, a.forces]) for a in whole])
-        limit, m = np.zeros(len(sliding)), self.constraints.m
+        e, m, whole = self.elements, self.constraints.m, [answer_of(column) for column in found.T]
+        borne, limit = np.array([np.concatenate([a.multipliers, a.forces]) for a in whole]), np.zeros(len(sliding))
         for _ in range(50):
             at = borne[0] + limit @ borne[1:]
             (value, _), (slopes, _) = e.capacity_slopes(point.state, at[:m], at[m:])
