@@ -166,25 +166,32 @@ class ConstraintFunctions:
         return place if kink and np.isfinite(there).all() else q
 
     def consistent_together(
-        self, state: Callable[[Floats, Floats], StateBatch], q: Floats, qd: Floats, nominal: Floats
+        self,
+        state: Callable[[Floats, Floats], StateBatch],
+        q: Floats,
+        qd: Floats,
+        nominal: Floats,
+        mobility: Floats | None = None,
     ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
         """q and qd, (b, n) each, of b states moved at once, and which of them meet the constraints then, (b,).
 
         Full steps are enough near the constraints, as along an integration; ``consistent`` takes the states that are
-        left. ``state`` makes the batch of (q, qd), ``nominal`` (n,) measures the steps.
+        left. ``state`` makes the batch of (q, qd), ``nominal`` (n,) measures the steps. With the ``mobility``
+        (b, n, n), the inverse of the mass matrix in SI units, forces of the constraints make the steps: momenta along
+        the motions that are free stay.
         """
 
         def positions(x: Floats) -> tuple[Floats, Floats]:
             phi, _, _, jacobian = self(state(x, qd))
             return phi[: self.h].T, batch_first(jacobian[: self.h], 2) * nominal
 
-        q, near = newton_together(positions, q, nominal)
+        q, near = newton_together(positions, q, nominal, mobility)
 
         def velocities(x: Floats) -> tuple[Floats, Floats]:
             _, velocity, _, jacobian = self(state(q, x))
             return velocity.T, batch_first(jacobian, 2) * nominal
 
-        qd, still = newton_together(velocities, qd, nominal)
+        qd, still = newton_together(velocities, qd, nominal, mobility)
         return q, qd, near & still
 
     def _refuse(self, residual: Floats, jacobian: Floats, x: Floats, bar: float) -> None:

@@ -182,13 +182,24 @@ class HybridRuns:
         track = self._track(method, self.rtol, self.start, 0)
         return len(track.modes), track
 
-    def _track(self, method: str, rtol: float, start: Floats, before: int, enough: Enough | None = None) -> Track:
-        """The run of ``method`` from ``start`` (s,) to the end or until ``enough``, with as many runs ``before``."""
+    def _track(
+        self,
+        method: str,
+        rtol: float,
+        start: Floats,
+        before: int,
+        enough: Enough | None = None,
+        kick: Floats | None = None,
+    ) -> Track:
+        """The run of ``method`` from ``start`` (s,) to the end or until ``enough``, with as many runs ``before``.
+
+        ``kick`` (n,) are the velocities, in SI units, that perturb what becomes free.
+        """
         run, progress = self.run, self.progress
         run.progress = None if progress is None else lambda done: progress((before + done) / RUNS)
         with within(seconds_left() / (RUNS - before)):
             low = rtol if rtol == self.rtol else max(rtol, self.low)
-            return Follower(run, method, rtol, self.most, self.rtol, low).follow(start, enough)
+            return Follower(run, method, rtol, self.most, self.rtol, low, kick).follow(start, enough)
 
     def completed(self, method: str, rows: int, found: Track) -> Reference:
         """The reference of the first run, ``found`` at the first ``rows`` times, until where the other two come.
@@ -205,7 +216,7 @@ class HybridRuns:
             return bool((distance > self.most_distance * scales[: run.n]).any())
 
         start = perturbed(run, self.start, scales, found.modes[0])
-        moved = self._track(method, 10 * self.rtol, start, 1, parted)
+        moved = self._track(method, 10 * self.rtol, start, 1, parted, PERTURBATION * scales[run.n : 2 * run.n])
         run.times = run.times[: len(moved.modes)]
         coarse = self._track(method, 10 * self.rtol, self.start, 2)
         run.times = run.times[: len(coarse.modes)]

@@ -188,7 +188,7 @@ class EnergyFunctions:
 
     def resistance_of_frames(self, state: StateBatch) -> Floats | float:
         """The power, in W, that dampers with a law of force on frames dissipate, (*batch,)."""
-        return 0.0 if self.spatial.empty else self.spatial.resistance(self._rows(state), state.inputs)
+        return self.spatial.resistance(self._rows(state), state.inputs) if self.spatial.rated else 0.0
 
     def outputs(self, state: StateBatch, unknowns: Sequence[Floats], forces: Floats | None = None) -> dict[str, Floats]:
         """The outputs of the mechanism by name, in its order, in SI units, each (*batch).

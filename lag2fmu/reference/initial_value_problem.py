@@ -64,6 +64,7 @@ class InitialValueProblem:
         self.progress: Callable[[float], None] | None = None
         self.jumps = equations.energies.composition.jumps
         self.most: float = MAX_WITH_JUMPS if self.jumps else MAX_EVALUATIONS
+        self.turns: list[tuple[float, Floats]] = []  # (time in s, how much velocities (n,) changed) of each step
         self.share = 0.0  # the share of the work done before the present run; each run is half of all work
         self._granted = math.inf  # s, the CPU time for the present run
         self.reached = float(times[0])  # s, the greatest time that a method reached before it took too many evaluations
@@ -134,6 +135,7 @@ class InitialValueProblem:
         breaks = self.signals.breaks
         ends = [*np.unique(breaks[(breaks > first) & (breaks < last)]), last]
         z, t, self.evaluations, self._step = start.ravel(), first, 0, None
+        self.turns = [(float(first), np.zeros(self.n))]
         if self.equations.energies.constraints.m:
             self._look(first, start)
         found = [z[None]]
@@ -169,7 +171,9 @@ class InitialValueProblem:
                     self._slope, span[0], z, span[1], first_step=first_step, **options
                 )
                 while solver.status == "running":
+                    before = solver.y[self.n : 2 * self.n]
                     proposed, message = solver.h_abs, solver.step()
+                    self.turns.append((solver.t, np.abs(solver.y[self.n : 2 * self.n] - before)))
                     if solver.status != "failed":
                         found += _passed(solver, asked)
                         self._put_back(solver)
@@ -192,7 +196,8 @@ class InitialValueProblem:
         """Move the state of SciPy's ``solver`` onto the constraints after a step, where full steps can.
 
         Rounding takes it off them. Near singular positions little holds it, and that would decide on the motion. Where
-        directions are lost it waits until the motion is farther off.
+        directions are lost it waits until the motion is farther off. Then forces of the constraints move it, as they
+        would have done meanwhile.
         """
         n, constraints = self.n, self.equations.energies.constraints
         z = solver.y.reshape(-1, self.size + 1)
@@ -208,8 +213,9 @@ class InitialValueProblem:
         def moved(q: Floats, qd: Floats) -> Floats:
             return np.concatenate([q, qd, z[:, 2 * n :]], axis=1)
 
+        parts = z[:, :n], z[:, n : 2 * n]
         q, qd, met = constraints.consistent_together(
-            lambda q, qd: self.state(solver.t, moved(q, qd)), z[:, :n], z[:, n : 2 * n], self.nominal[:n]
+            lambda q, qd: self.state(solver.t, moved(q, qd)), *parts, self.nominal[:n], self._rows.mobility
         )
         if met.all():
             solver.y = moved(q, qd).ravel()
@@ -251,7 +257,8 @@ class InitialValueProblem:
         slopes = np.empty_like(copies)
         slopes[:, :n] = copies[:, n : 2 * n]
         for copy, slope in zip(copies, slopes, strict=True):
-            self.equations.energies.with_states(inputs, copy[2 * n : self.size])
+            if self.further:
+                self.equations.energies.with_states(inputs, copy[2 * n : self.size])
             qdd, multipliers, slope[self.size] = single.rates(t, copy, inputs, self.damping)
             slope[n : 2 * n] = qdd
             if self.further:

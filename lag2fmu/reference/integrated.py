@@ -26,6 +26,8 @@ class Reference:
     - ``error``: |difference| of the runs at rtol and 10 rtol, for q, qd, z; an estimate from above for the trajectory.
     - ``amplification`` (m,): the largest ratio until t of the distance of two runs to the distance of their starts. The
       distance is max |difference| / unit over q, qd and z, see ``integrate``.
+    - ``paths`` (m, n): how far each velocity has gone to and fro until t, in SI units; between the times as well. None
+      where the times alone tell.
     - ``rates``: how fast each coordinate vibrates all along, in 1/s; none for a hybrid mechanism.
     - ``method``: the method that was used; ``evaluations``: how often it evaluated the equations.
 
@@ -46,6 +48,7 @@ class Reference:
     events: tuple[Event, ...] = ()
     turns: tuple[float, ...] = ()
     comparable: NDArray[np.bool_] | None = None
+    paths: Floats | None = None
     rates: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -58,13 +61,21 @@ class Reference:
     def growth(self) -> Floats:
         """By how much the errors of a solver's steps may grow until each time, relative to a hundred of them: (m,).
 
-        It is the amplification. It is at least 1 for every hundred radians that the motion has swung through, because
-        each radian adds an error of its own.
+        It is the amplification. Each radian that the motion swings through adds an error of its own, which grows from
+        there on, by the mean of the amplification so far: it is at least that for every hundred radians. So errors of a
+        pendulum grow with the square of the time, because its period depends on its energy.
         """
         columns = [velocity(c) for c in self.scales if velocity(c) in self.scales]
-        turns = np.abs(np.diff(self.trajectory.columns(columns), axis=0)) / [self.scales[name] for name in columns]
-        radians = np.pi * np.concatenate([[0.0], np.cumsum(turns, axis=0).max(axis=1, initial=0.0)])
-        larger: Floats = np.maximum(np.maximum(1.0, self.amplification), radians / 100)
+        scales = np.array([self.scales[name] for name in columns])
+        time, most = self.trajectory.time, np.maximum(1.0, self.amplification)
+        paths = self.paths
+        if paths is None:
+            turns = np.abs(np.diff(self.trajectory.columns(columns), axis=0))
+            paths = np.concatenate([np.zeros((1, len(columns))), np.cumsum(turns, axis=0)])
+        radians = np.pi * (paths / scales).max(axis=1, initial=0.0)
+        sums = np.cumsum((most[1:] + most[:-1]) / 2 * np.diff(time))
+        mean = np.append(most[:1], sums / (time[1:] - time[0]))
+        larger: Floats = np.maximum(most, radians / 100 * mean)
         return larger
 
     def growths(self, names: Sequence[str], most: float) -> Floats:

@@ -33,11 +33,13 @@ class LostRows:
         self._steepest, self._lengths = np.zeros(constraints.m), np.zeros(constraints.m)
         self._rank, self._usual = 0, 0.0
         self.near, self.lost = False, False
+        self.mobility: Floats | None = None
 
     def look(self, mass: Floats, state: StateBatch) -> None:
         """Tells from now on of ``state``, one or several, with its mass matrices (n, n, *batch), in SI units.
 
         ``near``: directions are so near to being lost that ``solve`` is wanted. ``lost``: they are left out.
+        ``mobility`` (b, n, n): what forces of constraints move by, the inverse of the mass matrix; None without it.
         """
         found = self._squares(mass, state)
         self._rank = max(self._rank, int(((found > _DISTINCT) & np.isfinite(found)).sum(axis=-1).max()))
@@ -54,8 +56,9 @@ class LostRows:
     def _squares(self, mass: Floats, state: StateBatch) -> Floats:
         """The squares of distances of the rows from each other, (b, m); infinite without accelerations.
 
-        Their greatest lengths are those up to here.
+        Their greatest lengths are those up to here, and the mobility is that here.
         """
+        self.mobility = None
         M, G = batch_first(mass, 2), batch_first(self._constraints(state)[3], 2)
         if not np.isfinite(G).all():
             return np.full((np.size(state.t), len(self._lengths)), np.inf)
@@ -63,7 +66,9 @@ class LostRows:
         metric = self._metric(M, G)[0]
         if not _is_regular(metric):
             return np.full((np.size(state.t), len(self._lengths)), np.inf)
-        response = np.asarray(np.linalg.solve(metric, np.swapaxes(G, -1, -2)), dtype=np.float64)
+        inverse = np.asarray(np.linalg.inv(metric), dtype=np.float64)
+        self.mobility = inverse.reshape(-1, *inverse.shape[-2:])
+        response = inverse @ np.swapaxes(G, -1, -2)
         lengths = np.sqrt(np.abs(np.einsum("...kn,...nk->...k", G, response)))
         self._lengths = np.maximum(self._lengths, lengths.reshape(-1, len(self._lengths)).max(axis=0))
         squares = np.linalg.eigvalsh(self._scaled(G, response)).reshape(-1, len(self._lengths))

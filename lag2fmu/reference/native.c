@@ -1,9 +1,9 @@
 /* The terms of the Lagrange equations at one state, by polarisation and complex steps as in equations.py.
 
-   The generated file, included below, defines the sizes N (coordinates), MOTIONS, M (constraints), RATES, EFFORTS and
-   the functions of a mechanism: energies, forces, constraints, and of loads and dampers on frames rates, efforts and
-   power. A complex number x + i h stands for a value and its derivative: h is tiny, and every function continues by its
-   first derivative, as in functions.py. */
+   The generated file, included below, defines the sizes N (coordinates), MOTIONS, M (constraints), RATES, EFFORTS, whose
+   velocities meet in a term of K (MEETS), and the functions of a mechanism: energies, forces, constraints, and of loads
+   and dampers on frames rates, efforts and power. A complex number x + i h stands for a value and its derivative: h is
+   tiny, and every function continues by its first derivative, as in functions.py. */
 
 #include <complex.h>
 #include <math.h>
@@ -111,6 +111,10 @@ static void inertia(const double row[], const double p[], const double unit[N], 
     }
     for (int i = 0; i < N; i++) {
         for (int j = i + 1; j < N; j++) {
+            matrix[i][j] = matrix[j][i] = 0.0;
+            if (!MEETS[i][j]) {
+                continue;
+            }
             const Z both = kinetic(moved, p, i, unit[i], j, unit[j]);
             const Z entry = (both - plus[i] - plus[j] + zero) / (unit[i] * unit[j]);
             matrix[i][j] = matrix[j][i] = creal(entry);

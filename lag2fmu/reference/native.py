@@ -203,6 +203,7 @@ def _header(c: Composition) -> str:
     return "\n".join(
         [
             *(f"#define {name} {size}" for name, size in sizes.items()),
+            _meetings(c, spatial),
             _energies(c, spatial, _renamed(configuration) | constants),
             *_loads(spatial, efforts, _renamed(configuration) | constants, _renamed((*everything, *rates)) | constants),
             _function("forces", "double", c.forces, _renamed(everything) | constants),
@@ -210,6 +211,34 @@ def _header(c: Composition) -> str:
             "",
         ]
     )
+
+
+def _meetings(c: Composition, spatial: Spatial) -> str:
+    """The C table MEETS (n, n): whether the velocities of two coordinates stand in one term of K.
+
+    Where they do not, the entry of the mass matrix is 0, as in a row of masses.
+    """
+    velocities, n = c.symbols.qd, len(c.symbols.qd)
+    moved = {v: i for i, v in enumerate(velocities)}
+    meets = np.full((n, n), not spatial.empty)
+    for term in _terms(c.velocity_part()[0], set(velocities)):
+        found = [moved[v] for v in term.free_symbols & moved.keys()]
+        meets[np.ix_(found, found)] = True
+    rows = ", ".join("{" + ", ".join(str(int(x)) for x in row) + "}" for row in meets)
+    return f"static const char MEETS[N][N] = {{{rows}}};"
+
+
+def _terms(expression: sp.Expr, velocities: set[sp.Symbol]) -> Iterator[sp.Expr]:
+    """The terms that an ``expression`` is the sum of, up to factors without ``velocities``."""
+    if expression.is_Add:
+        for term in expression.args:
+            yield from _terms(term, velocities)
+        return
+    moving = [x for x in sp.Mul.make_args(expression) if x.free_symbols & velocities]
+    if len(moving) == 1 and moving[0] is not expression:
+        yield from _terms(moving[0], velocities)
+    else:
+        yield expression
 
 
 def _renamed(arguments: Sequence[sp.Symbol]) -> dict[sp.Symbol, sp.Symbol]:

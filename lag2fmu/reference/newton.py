@@ -50,26 +50,30 @@ def newton(function: Callable[[Floats], tuple[Floats, Floats]], x: Floats, free:
 
 @np.errstate(all="ignore")  # rows that come to values that are not finite are not met
 def newton_together(
-    function: Callable[[Floats], tuple[Floats, Floats]], x: Floats, nominal: Floats
+    function: Callable[[Floats], tuple[Floats, Floats]], x: Floats, nominal: Floats, mobility: Floats | None = None
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """x (b, n) moved by the full steps of ``newton``, each row as long as its residuals fall; which rows meet TIGHT.
 
-    ``function`` maps x to residuals (b, m) and their Jacobians (b, m, n).
+    ``function`` maps x to residuals (b, m) and their Jacobians (b, m, n). Steps are of least norm in units of the
+    ``nominal`` values (n,), or in the metric whose inverse is ``mobility`` (b, n, n), in SI units.
     """
     x = x.copy()
+    ease = np.eye(x.shape[1])[None] if mobility is None else mobility / np.outer(nominal, nominal)
+    ease = np.broadcast_to(ease, (len(x), *ease.shape[1:]))
     residual, jacobian = function(x)
     goes = np.isfinite(jacobian).all(axis=(1, 2))
     for _ in range(_ITERATIONS):
         goes = goes & (relative(residual, jacobian, x / nominal) > 1e-3 * TIGHT)
         if not goes.any():
             break
-        length = np.linalg.norm(jacobian[goes], axis=2)
+        moved = jacobian[goes] @ ease[goes]
+        length = np.sqrt(np.abs((jacobian[goes] * moved).sum(axis=2)))
         unit = 1.0 / np.where(length > 0, length, 1.0)
-        rows, r = unit[..., None] * jacobian[goes], unit * residual[goes]
+        rows, r, moved = unit[..., None] * jacobian[goes], unit * residual[goes], unit[..., None] * moved
         damping = np.minimum(1.0, np.abs(r).max(axis=1) ** 2)
-        damped = rows @ rows.swapaxes(1, 2) + damping[:, None, None] * np.eye(r.shape[1])
+        damped = rows @ moved.swapaxes(1, 2) + damping[:, None, None] * np.eye(r.shape[1])
         trial = x.copy()
-        trial[goes] -= (r[:, None] @ np.linalg.pinv(damped, rcond=1e-12, hermitian=True) @ rows)[:, 0] * nominal
+        trial[goes] -= (r[:, None] @ np.linalg.pinv(damped, rcond=1e-12, hermitian=True) @ moved)[:, 0] * nominal
         found = function(trial)
         goes[goes] = np.linalg.norm(unit * found[0][goes], axis=1) < np.linalg.norm(r, axis=1)
         x = np.where(goes[:, None], trial, x)

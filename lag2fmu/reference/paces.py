@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -45,6 +45,16 @@ def swing_rates(
         changes.append(np.nan_to_num(np.abs(sides[0] - sides[1]), posinf=0.0) / (2 * change))
     found: Floats = np.sqrt(np.reshape(changes, (n, len(times)))).T
     return found
+
+
+def paths_of(turns: Sequence[tuple[float, Floats]], times: Floats) -> Floats:
+    """How far velocities have gone to and fro until each of the ``times`` (m,), in s: (m, n), in SI units.
+
+    ``turns`` are the times at which steps end, with the changes of the velocities (n,) in each.
+    """
+    at, changes = zip(*turns, strict=True)
+    gone = np.cumsum(changes, axis=0)
+    return np.stack([np.interp(times, at, path) for path in gone.T], axis=1)
 
 
 def some_of(rows: NDArray[np.intp]) -> NDArray[np.intp]:

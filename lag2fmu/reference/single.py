@@ -80,7 +80,7 @@ class SingleState:
         forcing = Q + slope - dissipation - inertial
         power = float(qd @ (Q - dissipation)) - float(explicit[0])
         if not self.m:
-            return _solved(np.asfortranarray(self._mass), forcing), np.empty(0), power
+            return _accelerated(self._mass, forcing), np.empty(0), power
         qdd, multipliers = self._constrained(forcing, damping)
         return qdd, multipliers, power - float(multipliers @ (velocities - self.jacobian @ qd))
 
@@ -105,6 +105,18 @@ class SingleState:
         system[:n, :n], system[:n, n:], system[n:, :n] = self._mass, self.jacobian.T, self.jacobian
         found = _solved(system, np.concatenate([forcing, -constraints.aim(values, damping)]))
         return found[:n], -found[n:]
+
+
+def _accelerated(mass: Floats, forcing: Floats) -> Floats:
+    """mass^-1 forcing, (n,): by Cholesky's method, which units of the coordinates do not matter to.
+
+    Where the mass matrix is not positive definite, it is as ``_solved`` says. Source: J. W. Demmel, On floating point
+    errors in Cholesky, LAPACK working note 14, 1989.
+    """
+    from scipy.linalg.lapack import dposv
+
+    _, found, info = dposv(mass.T, forcing)
+    return _solved(mass.T, forcing) if info or not len(forcing) else found
 
 
 def _solved(matrix: Floats, right: Floats) -> Floats:

@@ -13,7 +13,7 @@ from lag2fmu.reference.energies import declared_starts
 from lag2fmu.reference.equations import Equations
 from lag2fmu.reference.initial_value_problem import InitialValueProblem
 from lag2fmu.reference.integrated import Reference
-from lag2fmu.reference.paces import some_of, swing_rates, velocity_units
+from lag2fmu.reference.paces import paths_of, some_of, swing_rates, velocity_units
 from lag2fmu.reference.signals import Signals
 from lag2fmu.reference.state import Floats
 from lag2fmu.reference.trajectory import Trajectory
@@ -128,6 +128,7 @@ def _assembled(
         scales=dict(zip(states, scales.tolist(), strict=True)),
         error=Trajectory(times, tuple(states), np.abs(fine - coarse[:, 0])[:, : problem.size]),
         amplification=np.maximum.accumulate(distance / (distance[0] or 1.0)),
+        paths=paths_of(problem.turns, times),
         rates=dict(zip(names, rates.min(axis=0).tolist(), strict=True)),
         method=method,
         evaluations=evaluations,

@@ -10,6 +10,7 @@ from lag2fmu.description import names
 from lag2fmu.errors import SimulationError
 from lag2fmu.reference.integrated import Reference
 from lag2fmu.reference.trajectory import Trajectory
+from lag2fmu.verify.agreement import horizon_of
 from lag2fmu.verify.comparison import compare
 from lag2fmu.verify.hybrid import row_outputs
 from lag2fmu.verify.instances import has_event_mode, offers_model_exchange
@@ -40,6 +41,11 @@ def planned(task: Task) -> list[tuple[str, Kind, float, bool]]:
     return plan
 
 
+def ended(task: Task, step: float, end: float) -> Task:
+    """The ``task`` until the last multiple of the communication ``step`` (s) that is no later than ``end`` (s)."""
+    return replace(task, stop_time=min(task.stop_time, step * max(1, int(end / step * (1 + 1e-9)))))
+
+
 def by_sharper_run(task: Task, check: Check, kind: Kind, step: float, events: bool, reference: Reference) -> Check:
     """The ``check`` of a run of this ``kind``, or that of a sharper run if this shows that it was the integrator.
 
@@ -50,13 +56,14 @@ def by_sharper_run(task: Task, check: Check, kind: Kind, step: float, events: bo
     exchange = kind == "model-exchange"
     if check.passed or not (exchange or task.solver_step):
         return check
-    sharper = task if exchange else replace(task, solver_step=FINER * task.solver_step)
+    compared = ended(task, step, horizon_of(task, reference))
+    sharper = compared if exchange else replace(compared, solver_step=FINER * task.solver_step)
     try:
         with within(task.limit):
             run = run_of(sharper, kind, step, events, lambda sentence: None, CVODE * CVODE)
     except (OutOfTimeError, SimulationError):
         return check
-    found = compare(task, check.name, run.until(float(reference.trajectory.time[-1])), reference)
+    found = compare(task, check.name, run, reference)
     falls = check.value / max(found.value, 1e-300)
     by = task.tolerance * CVODE**2, task.tolerance * CVODE
     told = "CVode at {:.0e}; at {:.0e}".format(*by) if exchange else f"solver_step {sharper.solver_step:.1e} s; else"

@@ -34,7 +34,7 @@ from lag2fmu.verify import time_stepping
 from lag2fmu.verify.agreement import has_rows, horizon_of, most_left_out, on_grid
 from lag2fmu.verify.balances import constraint_checks, energy_checks
 from lag2fmu.verify.comparison import Windows, beyond, compare, extent_check, extent_note, own_check
-from lag2fmu.verify.fmu_runs import by_sharper_run, planned, run_of
+from lag2fmu.verify.fmu_runs import by_sharper_run, ended, planned, run_of
 from lag2fmu.verify.hybrid import extent, row_checks
 from lag2fmu.verify.inputs import Inputs, trajectory_of
 from lag2fmu.verify.instances import description_of, offers_model_exchange
@@ -151,16 +151,17 @@ def _compared(own: Task, references: References, located: References, checks: li
     for label, kind, step, events in planned(task):
         beside = located if kind == "model-exchange" else references
         reference = time_stepping.as_seen(task, beside.of(step), kind)
+        end = float(reference.trajectory.time[-1])
+        needed = ended(task, step, end) if kind == "model-exchange" else task  # which takes longest by far
         try:
             with within(task.limit if kind == "model-exchange" else math.inf):
-                run = run_of(task, kind, step, events, warnings.setdefault(label, []).append)
+                run = run_of(needed, kind, step, events, warnings.setdefault(label, []).append)
         except OutOfTimeError:
             detail = f"the run does not end in {task.limit:g} s of CPU time; give a longer --limit"
             checks.append(Check(f"{label}, share not compared", 1.0, most_left_out(task), detail, extent=True))
             continue
-        runs[label] = run = run.until(float(reference.trajectory.time[-1]))
-        if beside is references:
-            of_law[label] = run
+        runs[label] = run = run.until(end)
+        of_law |= {label: run} if beside is references else {}
         if task.states and step <= horizon_of(task, reference) * (1 + 1e-9):  # else the start alone
             check = compare(task, label, run, reference)
             checks.append(by_sharper_run(task, check, kind, step, events, reference))

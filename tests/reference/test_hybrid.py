@@ -11,8 +11,20 @@ from scipy.optimize import brentq
 
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
-from lag2fmu.language.vocabulary import Choice, symbol
-from lag2fmu.mechanism import Body, Constraint, Contact, Force, Friction, Mechanism, Stop, coordinate, parameter, signal
+from lag2fmu.language.vocabulary import TIME, Choice, symbol
+from lag2fmu.mechanism import (
+    Body,
+    Constraint,
+    Contact,
+    Energy,
+    Force,
+    Friction,
+    Mechanism,
+    Stop,
+    coordinate,
+    parameter,
+    signal,
+)
 from lag2fmu.reference import integrate, remedy_of_jumps
 from lag2fmu.reference.hybrid.following import Follower
 from lag2fmu.reference.hybrid.impacts import all_outcomes
@@ -921,3 +933,15 @@ def test_a_margin_of_the_time_is_looked_at_in_steps_of_its_rounding() -> None:
     """As before a square root whose operand ends with its branch: the times of samples are all equal there."""
     before = float(np.nextafter(1.0, 0.0))
     assert first_descent(lambda t: 1.0 - t, before, 1.0, 0.0, True) == 1.0
+
+
+def test_what_becomes_free_later_amplifies_errors_of_its_own() -> None:
+    """A point on a hill, q_ddot = 16 q + t - 1, lies on a stop for 1 s; until then it knows of no start."""
+    q = coordinate("q", "m", start=0.0, nominal=1e-3)
+    hill = Energy(kinetic=q.dot**2 / 2, potential=-8 * q**2)
+    stop = Stop("stop", of=q, lower=0)
+    mechanism = Mechanism("hill", coordinates=[q], energy=hill, forces={q: TIME - 1}, stops=[stop])
+    run = integrate(mechanism, np.linspace(0, 3, 61), rtol=1e-10)
+    assert [(event.kind, round(event.time, 6)) for event in run.events] == [("closes", 0), ("opens", 1)]
+    assert run.amplification[19] < 1
+    assert run.amplification[-1] == pytest.approx(np.cosh(8.0), rel=0.1)

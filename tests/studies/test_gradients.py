@@ -203,11 +203,12 @@ def test_a_latch_that_holds_at_the_start_stops_by_its_impact() -> None:
 
 
 def test_friction_in_space_that_does_not_act_leaves_derivatives_finite() -> None:
-    """A contact that is open has no direction of its friction; a dry friction slides beside it, and F = 0.5 brakes y."""
+    """An open contact has no direction of its friction; a dry friction slides beside it, F = 0.5 along y."""
     x, y, z = coordinate("x", "m", velocity=1.0), coordinate("y", "m", velocity=0.5), coordinate("z", "m", start=0.5)
     flying = Mechanism(
         "flying", coordinates=[x, y, z], bodies=[Body("body", 1, (x, y, z))],
-        contacts=[Contact("floor", gap=z, slip=(x.dot, y.dot), friction=0.2)], frictions=[Friction("guide", y.dot, 0.5)],
+        contacts=[Contact("floor", gap=z, slip=(x.dot, y.dot), friction=0.2)],
+        frictions=[Friction("guide", y.dot, 0.5)],
     )  # fmt: skip
     found = lag2fmu.gradient(flying, "x + 2*y", over=["x_dot", "y_dot", "z"], stop_time=0.2)
     np.testing.assert_allclose(found.derivatives, [0.2, 0.4, 0.0], atol=1e-9)

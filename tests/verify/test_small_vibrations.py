@@ -31,6 +31,20 @@ def test_errors_may_add_up_over_the_radians_of_a_small_vibration() -> None:
     assert run.growths(names, 100.0)[0] == pytest.approx(np.ones(4))
 
 
+def test_errors_of_a_long_swing_grow_with_the_square_of_the_time() -> None:
+    """A swing of 1 rad takes longer by 0.12 of its period per rad: errors of energies turn into later swings.
+
+    At times that are farther apart than a swing the radians between them count as well: the pendulum turns by 2.94/s.
+    """
+    q = coordinate("q", "rad", start=1.0)
+    swing = Mechanism(
+        "swing", coordinates=[q], bodies=[Body("bob", 1, (sp.sin(q), -sp.cos(q)))], gravity=sp.Float(9.81)
+    )
+    growth = integrate(swing, np.linspace(0, 200, 81), rtol=1e-6).growth
+    assert growth[-1] / growth[40] == pytest.approx(4.0, rel=0.05)
+    assert growth[-1] > 2.94 * 200 / 100
+
+
 @pytest.mark.fmu
 def test_a_stiff_spring_without_damping_is_judged() -> None:
     """At 1e7 N/m the right FMU failed at every tolerance, by twice the bar of a velocity of 2 mm/s."""

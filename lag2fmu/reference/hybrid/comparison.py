@@ -88,7 +88,8 @@ def compared(
     at = np.maximum.accumulate(np.where(same, np.arange(len(same)), 0))  # the last comparable time up to each
     errors = np.abs(fine.values - coarse.values)[at, : run.size]
     distance = (np.abs(moved.values - coarse.values)[at, : run.size] / units[at]).max(axis=1)
-    amplification = np.maximum.accumulate(distance / max(float(distance[0]), 1e-3 * PERTURBATION))
+    begun = float(distance[0]) if distance[0] > 1e-3 * PERTURBATION else PERTURBATION  # nothing was free at the start
+    amplification = np.maximum.accumulate(distance / begun)
     if low:
         amplification = np.maximum(amplification, np.maximum.accumulate((errors / units[at]).max(axis=1)) / low)
     amplification[last + 1 :] = np.inf

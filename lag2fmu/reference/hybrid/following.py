@@ -17,6 +17,7 @@ from lag2fmu.reference.hybrid.measures import SLOW, STILL, TOUCH, accelerations,
 from lag2fmu.reference.hybrid.modes import Due, Memory, Mode, Modes
 from lag2fmu.reference.hybrid.piece import Piece
 from lag2fmu.reference.hybrid.records import MotionPoint
+from lag2fmu.reference.hybrid.releases import released
 from lag2fmu.reference.hybrid.run import LONGEST_PART, HybridRun, Track
 from lag2fmu.reference.hybrid.settling import Settling
 from lag2fmu.reference.hybrid.stepping import Dense, Stepper
@@ -42,11 +43,19 @@ class Follower:
 
     The method has failed after ``most`` evaluations. A slip in space is slow as the tolerance ``finest`` asks for, that
     of the finest run which this one is compared with; by default its own. Rebounds are left out that are lower than
-    ``low``, in nominal gaps, or than ``rtol``.
+    ``low``, in nominal gaps, or than ``rtol``. Motions that become free get a velocity of their own, as ``released``
+    says, which moves no coordinate by more than ``kick`` (n,), in SI units.
     """
 
     def __init__(
-        self, run: HybridRun, method: str, rtol: float, most: float, finest: float | None = None, low: float = 0.0
+        self,
+        run: HybridRun,
+        method: str,
+        rtol: float,
+        most: float,
+        finest: float | None = None,
+        low: float = 0.0,
+        kick: Floats | None = None,
     ) -> None:
         self.run, self.n, system = run, run.n, run.system
         self.memory = Memory([0] * system.elements.u, np.zeros(system.elements.u))
@@ -62,6 +71,7 @@ class Follower:
         self.counts, self.impulses, self.since = (np.zeros((m, u)) for _ in range(3))
         self.closings = np.zeros(u)  # counts of impacts when each contact was closed last
         self.enough: Enough | None = None
+        self.kick = kick
         self.at_once, self.settled_at = 0, -np.inf  # the number of events at one time, and this time (s)
 
     def _energy_scale(self) -> float:
@@ -153,11 +163,18 @@ class Follower:
                 self.closings[i] = self.memory.impacts[i]
         if new.sides != modes.sides:
             self.memory.turns.append(t)
+        state = self._kicked(state, modes, new)
         y = np.concatenate([state.q, state.qd, y[2 * self.n : -2], y[-2:] + gained])
         self._measure_rebounds(state, new, logged)
         for row in np.flatnonzero(self.run.times == t).tolist():
             self._remember(row, y, new)
         return y, new
+
+    def _kicked(self, state: StateBatch, modes: Modes, new: Modes) -> StateBatch:
+        """The ``state`` with what a perturbed run gets behind an event that leads from ``modes`` to ``new`` ones."""
+        if self.kick is None or state.t <= self.run.times[0]:
+            return state
+        return released(self.run.system, state, (modes, new), self.kick)
 
     def _settled(self, state: StateBatch, modes: Modes, due: Due, further: Floats) -> tuple[StateBatch, Modes, Floats]:
         """What ``settled`` finds, where contacts without a load close which the motion presses at once.

@@ -70,8 +70,7 @@ class HybridSystem:
         return MotionPoint(state, terms, forcing, values, self.elements.rows(state), self.nominal)
 
     def _constraint_values(self, state: StateBatch) -> Values:
-        empty = np.zeros(0)
-        return self.constraints(state) if self.constraints.m else (empty, empty, empty, np.zeros((0, self.n)))
+        return self.constraints(state) if self.constraints.m else (*np.zeros((3, 0)), np.zeros((0, self.n)))
 
     def stops(self, t: float | Floats, why: str) -> SimulationError:
         """The error that says ``why`` there is no motion from the time ``t`` (s) on."""
@@ -146,20 +145,28 @@ class HybridSystem:
         found, units, free = _solved(point.terms.mass_matrix, G, directions, right, redundant=redundant)
         self._redundant = modes if free.size else None
 
+        slides, holds = self._capacities_alone(point)
+
         def answer_of(x: Floats) -> Answer:
             forces = spread @ x[n + m : n + m + len(closed)]
             forces[bound[len(closed) :]] += x[n + m + len(closed) :]
-            return Answer(x[:n], x[n : n + m], forces, np.zeros(e.f), bound, units, free, np.zeros((e.f, len(G))))
+            return Answer(x[:n], x[n : n + m], forces, holds, bound, units, free, np.zeros((e.f, len(G))))
 
-        limit = self._sliding_forces(point, found, answer_of, sliding) if e.f else np.zeros(0)
+        limit = self._sliding_forces(point, found, answer_of, sliding) if e.load_dependent else slides[sliding]
         whole = answer_of(found[:, 0] + found[:, 1:] @ limit)
         whole.forces[e.friction_rows[sliding]] = -senses * limit
-        return self._with_holding(point, whole) if e.f else whole
+        return self._with_holding(point, whole) if e.load_dependent else whole
+
+    def _capacities_alone(self, point: MotionPoint) -> tuple[Floats, Floats]:
+        """The sliding and the largest holding forces of frictions, (f,) each; 0 where they depend on other forces."""
+        e, none = self.elements, np.zeros(self.elements.f)
+        loads = np.zeros(self.constraints.m), np.zeros(e.k)
+        return (none, none) if e.load_dependent or not e.f else e.capacities(point.state, *loads)
 
     def _with_holding(self, point: MotionPoint, whole: Answer) -> Answer:
         """The answer with what frictions hold at most, and with what loads add to it where these are not unique."""
         e, m = self.elements, self.constraints.m
-        if not whole.free.size or not e.load_dependent:
+        if not whole.free.size:
             return replace(whole, holding=e.capacities(point.state, whole.multipliers, whole.forces)[1])
         values, slopes = e.capacity_slopes(point.state, whole.multipliers, whole.forces)
         return replace(whole, holding=values[1], bears=slopes[1][:, [*range(m), *(m + row for row in whole.bound)]])
@@ -171,11 +178,8 @@ class HybridSystem:
 
         ``found`` (n + r, 1 + s): the solution without these forces, and what a unit of each force adds.
         """
-        e, whole = self.elements, [answer_of(column) for column in found.T]
-        borne = np.array([np.concatenate([a.multipliers, a.forces]) for a in whole])
-        limit, m = np.zeros(len(sliding)), self.constraints.m
-        if not e.load_dependent:
-            return np.asarray(e.capacities(point.state, borne[0, :m], borne[0, m:])[0][sliding])
+        e, m, whole = self.elements, self.constraints.m, [answer_of(column) for column in found.T]
+        borne, limit = np.array([np.concatenate([a.multipliers, a.forces]) for a in whole]), np.zeros(len(sliding))
         for _ in range(50):
             at = borne[0] + limit @ borne[1:]
             (value, _), (slopes, _) = e.capacity_slopes(point.state, at[:m], at[m:])
