@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
@@ -34,6 +35,9 @@ FUNCTIONS = {
     sp.Min: "min",
     sp.Max: "max",
 }
+
+_WHOLE = 1e-9
+"""An exponent is whole where the square of the sine of pi times it is less."""
 
 
 def _located(code: int) -> range:
@@ -139,9 +143,18 @@ class Translator:
         for below in g.cone([node]):
             operands = [new[operand] for operand in g.operands[below]]
             if OPERATIONS[g.code[below]].name in ROOTS:
-                operands[0] = g.apply("max", g.apply("passed", operands[0]), g.zero)
+                operands[0] = self._base(*operands)
             new[below] = below if operands == list(g.operands[below]) else g.rebuild(below, operands)
         return new[node]
+
+    def _base(self, base: Node, exponent: Node | None = None) -> Node:
+        """``base`` or, where it is negative, 0; but for an ``exponent`` that is whole at present, it stays negative."""
+        g = self.graph
+        clipped = g.apply("max", g.apply("passed", base), g.zero)
+        if exponent is None or g.is_constant(exponent):
+            return clipped
+        wave = g.apply("sin", g.multiply(g.constant(math.pi), exponent))
+        return g.choose(g.apply("passed", g.subtract(g.multiply(wave, wave), g.constant(_WHOLE))), clipped, base)
 
     def _lookup(self, e: TableCall) -> Node:
         """A call of a table or of its derivative."""

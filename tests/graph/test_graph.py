@@ -212,6 +212,15 @@ def test_a_power_of_a_negative_base_has_a_slope_where_its_exponent_is_whole() ->
     assert graph.evaluate([slope], {"x": -2.0, "n": 3.0, "dn": 0.0}) == [12.0]
 
 
+@pytest.mark.parametrize(("exponent", "cube"), [(3.0, -8.0), (2.0, 4.0), (1.5, 0.0)])
+def test_a_power_in_a_branch_has_the_value_of_its_exponent(exponent: float, cube: float) -> None:
+    """A branch clips the base of a broken power at 0, for steps beyond its end, and no other base."""
+    graph = Graph()
+    x, n = graph.symbol("x"), graph.symbol("n")
+    found = Translator(graph, {"x": x, "n": n})(parse("if(x < 5, x**n, 1)"))
+    assert graph.evaluate([found], {"x": -2.0, "n": exponent}) == [cube]
+
+
 FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")
 COMPLEX = {name: getattr(cmath, name) for name in FUNCTIONS} | {"negate": lambda z: -z}
 
