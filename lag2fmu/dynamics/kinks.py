@@ -14,11 +14,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from lag2fmu.dynamics.functions import EventFunction, Function, nodes_of, with_nodes
+from lag2fmu.dynamics.held_margins import Switches, beside_zero
 from lag2fmu.dynamics.parts import Variables
 from lag2fmu.dynamics.starts import start_values
 from lag2fmu.dynamics.tables import in_pieces
@@ -151,7 +153,7 @@ class _Kinks:
             margin = None if node in kept else self._margin(node)
             switch = None if margin is None else self._switch(known, margin)
             if switch is not None:
-                new[node] = self._formula(node, switch, moved)
+                new[node] = self._formula(node, switch, moved, partial(self._switch, known))
             else:
                 new[node] = node if list(operands) == moved else graph.rebuild(node, moved)
         return new
@@ -196,17 +198,17 @@ class _Kinks:
         opposite = known.get((mark, not greater))
         return None if opposite is None else self.graph.negate(opposite)
 
-    def _formula(self, node: Node, switch: Node, operands: Sequence[Node]) -> Node:
-        """The smooth formula that the kink ``node`` of ``operands`` is as long as its ``switch`` does not turn."""
+    def _formula(self, node: Node, switch: Node, operands: Sequence[Node], switch_of: Switches) -> Node:
+        """The smooth formula that the kink ``node`` of ``operands`` is as long as no ``switch`` turns."""
         g, name = self.graph, OPERATIONS[self.graph.code[node]].name
         if name == "sign":
-            return switch
+            return beside_zero(g, switch_of, operands[0], switch, g.zero)
         if name == "abs":
             return g.multiply(switch, operands[0])
         if name == "heaviside":
-            return g.choose(switch, g.one, g.zero)
+            return beside_zero(g, switch_of, operands[0], g.choose(switch, g.one, g.zero), g.apply("heaviside", g.zero))
         if name == "choice":
-            return g.choose(switch, *operands[1:])
+            return beside_zero(g, switch_of, operands[0], g.choose(switch, *operands[1:]), operands[2])
         a, b = operands if name == "max" else operands[::-1]
         return g.choose(switch, a, b)
 
