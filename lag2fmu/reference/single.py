@@ -115,8 +115,10 @@ def _accelerated(mass: Floats, forcing: Floats) -> Floats:
     """
     from scipy.linalg.lapack import dposv
 
+    if not len(forcing):
+        return forcing
     _, found, info = dposv(mass.T, forcing)
-    return _solved(mass.T, forcing) if info or not len(forcing) else found
+    return _solved(mass.T, forcing) if info else found
 
 
 def _solved(matrix: Floats, right: Floats) -> Floats:

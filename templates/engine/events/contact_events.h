@@ -12,6 +12,9 @@
    events_evaluate says. */
 bool contacts_evaluate(Instance *instance, double time, const double states[], double values[]);
 
+/* Does a latch hold in one state that does not in the one before? */
+bool contacts_catch(const State *before, const State *after);
+
 /* Tells anew, from the present point, when each contact in the last rebound of its cascade comes to its top. The event
    function has remembered that time since the impact; it moves with the states. */
 void contacts_foresee(Instance *instance);

@@ -288,6 +288,14 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
     return arena_leave(mark, true);
 }
 
+bool contacts_catch(const State *before, const State *after) {
+    bool caught = false;
+    for (int i = 0; i < N_LATCHES; i++) {
+        caught = caught || (row_active(after, FIRST_LATCH + i) && !row_active(before, FIRST_LATCH + i));
+    }
+    return caught;
+}
+
 void contacts_foresee(Instance *instance) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, unknowns, N_UNKNOWNS);

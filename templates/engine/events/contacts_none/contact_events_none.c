@@ -9,6 +9,12 @@ bool contacts_evaluate(Instance *instance, double time, const double states[], d
     return true;
 }
 
+bool contacts_catch(const State *before, const State *after) {
+    (void)before;
+    (void)after;
+    return false;
+}
+
 void contacts_foresee(Instance *instance) {
     (void)instance;
 }

@@ -17,7 +17,6 @@
 
 #include "contact_events.h"
 #include "directions.h"
-#include "element_rows.h"
 #include "event_noise.h"
 #include "event_steps.h"
 #include "events.h"
@@ -323,17 +322,6 @@ static bool stand_before(Variations *variations) {
     return update_first_stage(before);
 }
 
-/* Does a latch catch at the start, and stop what moves there? */
-static bool catches(const Variations *variations) {
-    const double *before = variations->before.state.parameters + FIRST_LATCH;
-    const double *after = variations->study.instance.state.parameters + FIRST_LATCH;
-    bool caught = false;
-    for (int i = 0; i < N_LATCHES; i++) {
-        caught = caught || (before[i] == 0.0 && after[i] != 0.0);
-    }
-    return caught;
-}
-
 bool directions_start(Variations *variations) {
     Study *study = &variations->study;
     int first = -1;
@@ -345,7 +333,8 @@ bool directions_start(Variations *variations) {
     if (jumped && (!stand_before(variations) || !find_due(variations, &first, &others))) {
         return no_jump(variations, 0, "the motion before it is not known");
     }
-    if (first < 0 && !(jumped && catches(variations))) { /* what jumped is rounding, taken off what touches or rests */
+    const bool caught = jumped && contacts_catch(&variations->before.state, &study->instance.state);
+    if (first < 0 && !caught) { /* what jumped is rounding, taken off what touches or rests */
         return directions_stand(variations, &study->instance) && study_settle(study);
     }
     if (!study_settle(study) || !update_first_stage(&study->instance) || !find_shifts(variations)) {
