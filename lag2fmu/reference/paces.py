@@ -54,7 +54,8 @@ def paths_of(turns: Sequence[tuple[float, Floats]], times: Floats) -> Floats:
     """
     at, changes = zip(*turns, strict=True)
     gone = np.cumsum(changes, axis=0)
-    return np.asarray([np.interp(times, at, path) for path in gone.T], dtype=float).reshape(-1, len(times)).T
+    paths: Floats = np.array([np.interp(times, at, path) for path in gone.T]).reshape(-1, len(times)).T
+    return paths
 
 
 def some_of(rows: NDArray[np.intp]) -> NDArray[np.intp]:
