@@ -87,7 +87,9 @@ def switched(
     timed = [k for k, margin in enumerate(described) if margin.timed]
     with graph.as_written():
         new = [*functions, margin_function]
-        new = kinks.replaced(dict(zip(margins, switches, strict=False)), new) if margins else new
+        if margins:
+            new = kinks.replaced(dict(zip(margins, switches, strict=False)), new)
+            new[-1] = kinks.conditional(dict(zip(margins, switches, strict=False)), new[-1])
         new += _timed_functions(graph, variables, new[-1], timed) if timed else ()
     *others, last = (_with_modes(graph, f, switches, masks) for f in new)
     return Switched((*others,), described, last) if timed else Switched((*others, last), described)
@@ -124,6 +126,13 @@ class _Kinks:
             self._apart(known, old) if taking and found.missing(self.graph) else found
             for old, found, taking in zip(functions, new, takes, strict=True)
         ]
+
+    def conditional(self, switches: Mapping[Node, Node], margins: Function) -> Function:
+        """``margins`` in which conditions, behind those of the ``switches``, are -1 where kinks hold them at 0."""
+        g, known = self.graph, {self._key(margin): switch for margin, switch in switches.items()}
+        first, behind = margins.results[: len(switches)], margins.results[len(switches) :]
+        moved = (beside_zero(g, partial(self._switch, known), node, node, g.minus_one) for *_, node in behind)
+        return replace(margins, results=(*first, *((*row[:2], node) for row, node in zip(behind, moved, strict=True))))
 
     def _apart(self, known: Mapping[tuple[int, bool], Node], old: Function) -> Function:
         """The function ``old`` with ``known`` switches, where a formula would be simplified with what is handed over.

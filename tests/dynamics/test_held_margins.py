@@ -36,3 +36,16 @@ def test_what_is_held_at_zero_is_neither_positive_nor_negative(
         fmu = exported(read(mechanism, "held.toml"), solver=solver)
         found.append(simulate(fmu, stop_time=1.5, step=0.01, tolerance=1e-8, outputs=["x"])["x"])
     assert found[0] == pytest.approx(found[1], abs=1e-6)
+
+
+@pytest.mark.parametrize("catches", ["max(0, x - 0.5)", "max(x, 0.5) - 0.5", "max(0, t - 0.5)"])
+def test_a_latch_does_not_hold_while_its_condition_is_held_at_zero(catches: str, exported: Callable[..., Fmu]) -> None:
+    """Two equal masses move freely until x is 0.5 at 0.5 s, and then both at 1.5 m/s."""
+    masses = "".join(f'[bodies.{x}]\nmass = 1\nposition = ["{x}", 0]\n' for x in "xy")
+    text = (
+        '[mechanism]\nname = "caught"\n[coordinates]\nx = { unit = "m", velocity = 1 }\n'
+        f'y = {{ unit = "m", velocity = 2 }}\n{masses}[constraints.holonomic]\n'
+        f'latch = {{ expression = "x - y", while = "{catches}" }}\n'
+    )
+    run = simulate(exported(read(text, "caught.toml")), stop_time=1.0, step=0.25, outputs=["x"])
+    assert run["x"] == pytest.approx([0, 0.25, 0.5, 0.875, 1.25], abs=1e-9)
