@@ -202,6 +202,31 @@ def test_a_latch_that_holds_at_the_start_stops_by_its_impact() -> None:
     np.testing.assert_allclose(found.derivatives, [t / 4, 3 * t / 4, 1.0], atol=1e-9)
 
 
+def test_what_touches_at_the_start_comes_back_by_impacts() -> None:
+    """A bead at X = x + y on a floor, u to the right, goes X = u t - mu (g t**2/2 - v t - h), as from height h."""
+    mu, u, t = 0.2, 2.0, 0.4
+    x, y = coordinate("x", "m", velocity=u), coordinate("y", "m")
+    floor = Contact("floor", gap=y, slip=(x.dot + y.dot,), friction=mu, restitution=0.3)
+    bead = Mechanism("bead", coordinates=[x, y], bodies=[Body("bead", 1, (x + y, y))], gravity=9.81, contacts=[floor])
+    found = lag2fmu.gradient(bead, "x", over=["x", "x_dot", "y_dot", "y"], stop_time=t)
+    np.testing.assert_allclose(found.derivatives, [1.0, t, (1 + mu) * t, 1 + mu], atol=1e-9)
+
+
+def test_what_is_held_at_the_start_shares_momentum() -> None:
+    """A dry friction that holds masses m and M together, and a latch that catches them as they are."""
+    m, M, t = 1.0, 3.0, 0.4
+    x, y = coordinate("x", "m", velocity=2.0), coordinate("y", "m", start=0.5, velocity=2.0)
+    bodies = [Body("left", m, (x, 0)), Body("right", M, (y, 1))]
+    rubs = Mechanism("rubs", coordinates=[x, y], bodies=bodies, frictions=[Friction("clutch", y.dot - x.dot, 0.5)])
+    hook = Constraint("hook", y - x, while_=parameter("hold", 1.0))
+    hooked = Mechanism(
+        "hooked", coordinates=[x, y], bodies=bodies, constraints=[hook], parameters=[parameter("hold", 1.0)]
+    )
+    for pair in (rubs, hooked):
+        found = lag2fmu.gradient(pair, "x", over=["x_dot", "y_dot", "x", "y"], stop_time=t)
+        np.testing.assert_allclose(found.derivatives, [t / 4, 3 * t / 4, 1.0, 0.0], atol=1e-9)
+
+
 def test_friction_in_space_that_does_not_act_leaves_derivatives_finite() -> None:
     """An open contact has no direction of its friction; a dry friction slides beside it, F = 0.5 along y."""
     x, y, z = coordinate("x", "m", velocity=1.0), coordinate("y", "m", velocity=0.5), coordinate("z", "m", start=0.5)

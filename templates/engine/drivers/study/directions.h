@@ -52,6 +52,9 @@ bool directions_settle(Variations *variations);
 /* S at the solved start of an instance, on its constraints, from what is varied. */
 bool directions_stand(Variations *variations, Instance *instance);
 
+/* S at a start from which something touches, rubs or is latched, for S of the start before it (landing.c). */
+bool directions_land(Variations *variations);
+
 /* S at the solved start, and the modes that hold there; S jumps at impacts (jumps.c). */
 bool directions_start(Variations *variations);
 

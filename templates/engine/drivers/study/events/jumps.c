@@ -330,12 +330,15 @@ bool directions_start(Variations *variations) {
     if (!events_refresh(&study->instance, &jumped)) {
         return study_explain(study);
     }
-    if (jumped && (!stand_before(variations) || !find_due(variations, &first, &others))) {
+    const State *now = &study->instance.state;
+    const bool held = memcmp(now->parameters, variations->before.state.parameters, N_MASKS * sizeof(double)) != 0;
+    if (((jumped || held) && !stand_before(variations)) || (jumped && !find_due(variations, &first, &others))) {
         return no_jump(variations, 0, "the motion before it is not known");
     }
     const bool caught = jumped && contacts_catch(&variations->before.state, &study->instance.state);
     if (first < 0 && !caught) { /* what jumped is rounding, taken off what touches or rests */
-        return directions_stand(variations, &study->instance) && study_settle(study);
+        return (jumped || held ? directions_land(variations) : directions_stand(variations, &study->instance)) &&
+               study_settle(study);
     }
     if (!study_settle(study) || !update_first_stage(&study->instance) || !find_shifts(variations)) {
         return false;
