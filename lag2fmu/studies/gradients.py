@@ -75,7 +75,7 @@ def gradient(  # noqa: PLR0913 (those of sensitivities)
     and switches they jump as the motion demands. Where an event leaves no derivative along some direction, directions
     that the names do not move are left out, by ``sensitivities``.
 
-    Raises LoadError for bad arguments, such as a cost that depends on nothing that varies, ExpressionError for an
+    Raises LoadError for bad arguments, such as a cost of parameters that do not vary, ExpressionError for an
     expression that cannot be read, and SimulationError where the run fails or has no derivative. Source: A. Griewank,
     A. Walther, Evaluating Derivatives, SIAM 2008, chapters 3 and 12.
     """
@@ -84,13 +84,9 @@ def gradient(  # noqa: PLR0913 (those of sensitivities)
     check_over(library, over)
     taken = times_of(library, times, stop_time, step)
     check_mapping("data", data or {})
-    summed = _Sum(library, parts, taken, data or {})
+    summed = _Sum(library, over, parts, taken, data or {})
     run = _CostedRun(library, over, summed, taken, check_tolerance(tolerance), values or {}, inputs, hold)
     total, derivatives = run.differentiated()
-    if not derivatives.any():
-        raise LoadError(
-            f"the cost of '{library.name}' does not depend on {', '.join(over)}; choose other names or times"
-        )
     return Gradient(total, tuple(over), derivatives)
 
 
@@ -98,9 +94,17 @@ class _Sum:
     """The cost as a function of samples: the terms of a sum over them, those at the end, and the integral there."""
 
     def __init__(
-        self, library: StudyLibrary, parts: Mapping[str, str], times: Floats, data: Mapping[str, ArrayLike]
+        self,
+        library: StudyLibrary,
+        over: Sequence[str],
+        parts: Mapping[str, str],
+        times: Floats,
+        data: Mapping[str, ArrayLike],
     ) -> None:
-        """Read the ``parts`` {place: expression}; raises LoadError for names that are unknown or have no derivative."""
+        """Read the ``parts`` {place: expression}; raises LoadError for unknown names and where none of ``over`` counts.
+
+        ``given``: which outputs are no result of a run, but parameters and inputs.
+        """
         self.times, self.name = times, library.name
         self.terms = {place: Expression(text, place) for place, text in parts.items() if place != "integral"}
         if "integral" in parts:
@@ -110,6 +114,9 @@ class _Sum:
         self.outputs = continuous_outputs(library, list(names))
         if not self.outputs:
             raise LoadError(f"the cost contains no variable of '{library.name}', so nothing changes it")
+        self.given = np.array([library.kinds[name] in (*PARAMETERS, INPUT) for name in self.outputs])
+        if self.given.all() and not set(self.outputs) & set(over):
+            raise LoadError(f"the cost of '{library.name}' does not depend on {', '.join(over)}; choose other names")
 
     def __call__(self, samples: Floats) -> tuple[float, Floats]:
         """The cost for ``samples`` (m, k) of the outputs, and its derivatives (m, k) by them.
@@ -169,19 +176,14 @@ class _CostedRun:
         if reason:
             return self._forward()
         total, weights = self.cost(samples)
-        derivatives, reason = tape.gradient(np.where(self._given, 0.0, weights))
+        derivatives, reason = tape.gradient(np.where(self.cost.given, 0.0, weights))
         if reason:
             raise SimulationError(f"'{self.library.name}': the run has no gradient: {reason}")
         return total, derivatives + self._direct(weights)
 
-    @property
-    def _given(self) -> list[bool]:
-        """Which outputs are no result of the run: parameters and inputs."""
-        return [self.library.kinds[name] in (*PARAMETERS, INPUT) for name in self.cost.outputs]
-
     def _direct(self, weights: Floats) -> Floats:
         """What the cost changes by, (d,), with the parameters and inputs that stand in it."""
-        sums = dict(zip(self.cost.outputs, weights.sum(axis=0) * self._given, strict=True))
+        sums = dict(zip(self.cost.outputs, weights.sum(axis=0) * self.cost.given, strict=True))
         return np.array([sums.get(name, 0.0) for name in self.over])
 
     def _forward(self) -> tuple[float, Floats]:
@@ -191,5 +193,5 @@ class _CostedRun:
         if found.reason:
             raise SimulationError(f"'{self.library.name}': the run has no gradient: {found.reason}")
         total, weights = self.cost(found.result.values)
-        slopes = np.where(np.array(self._given)[:, None], 0.0, found.result.derivatives)
+        slopes = np.where(self.cost.given[:, None], 0.0, found.result.derivatives)
         return total, np.einsum("mk,mkd->d", weights, slopes) + self._direct(weights)

@@ -131,6 +131,13 @@ def test_what_is_no_cost_is_refused(cost: Any, options: dict[str, Any], error: t
         lag2fmu.gradient(block(), cost, **{"over": ["k"], "stop_time": 1.0, **options})
 
 
+def test_a_gradient_at_an_optimum_is_zero() -> None:
+    """A block at rest costs nothing, whatever the spring."""
+    still = {"x": 0.0, "x_dot": 0.0}
+    found = lag2fmu.gradient(block(), "x**2", over=["k", "x"], values=still, stop_time=1.0)
+    assert (found.value, [*found.derivatives]) == (0.0, [0.0, 0.0])
+
+
 def test_a_tape_records_again() -> None:
     """What was seeded for the last run does not stay."""
     library = compiled(block(), adjoints=True)
