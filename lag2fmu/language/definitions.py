@@ -68,7 +68,7 @@ class Defined(Own):
 
     def value(self, values: Mapping[str, float], known: dict[int, float]) -> float:
         """The value of the call at ``values`` {symbol: SI value}; each definition is evaluated once."""
-        steps, (last,) = separated([self])
+        steps, (last,) = _steps_of(self)
         given = dict(values)
         for name, meaning in steps:
             given[name.name] = value_of(meaning, given)
@@ -153,6 +153,12 @@ def _own_calls(expressions: Iterable[sp.Expr]) -> list[Defined]:
             found.append(e)
         waiting.extend(e.args[::-1])
     return found
+
+
+@lru_cache(maxsize=1 << 8)
+def _steps_of(call: Defined) -> tuple[list[tuple[sp.Symbol, sp.Expr]], list[sp.Expr]]:
+    """``call`` separated: it is evaluated at many values."""
+    return separated([call])
 
 
 def separated(

@@ -137,7 +137,8 @@ def _borders(expression: sp.Expr) -> Borders:
     """
     margins = {kink: kink.args[0] for kink in expression.atoms(*_JUMPING)}
     for pole in (e for e in expression.atoms(sp.Pow) if e.exp.could_extract_minus_sign()):
-        margins[pole] = pole.base.args[0] if isinstance(pole.base, sp.Abs) else pole.base
+        if not all(a.is_Pow and a.exp.is_even for a in sp.Add.make_args(pole.base)):  # squares change no sign
+            margins[pole] = pole.base.args[0] if isinstance(pole.base, sp.Abs) else pole.base
     for part in sorted(margins, key=str):
         yield part, _with_values(margins[part])
 
