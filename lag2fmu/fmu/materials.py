@@ -13,7 +13,7 @@ from pathlib import Path
 from lag2fmu.archives import read_text
 from lag2fmu.building.process import zig_version
 from lag2fmu.errors import Lag2FmuError
-from lag2fmu.fmu.compilers import FLAGS, MODULE_FLAGS
+from lag2fmu.fmu.compilers import FLAGS, MODULE_FLAGS, OF_WINDOWS
 from lag2fmu.fmu.wasm.draft import FOLDER, NAME, commit
 from lag2fmu.version import VERSION
 
@@ -32,6 +32,8 @@ def bill_of_materials(name: str, files: Mapping[str, bytes], *, solver: str, com
         used = {"name": "ziglang", "version": zig_version()} if compiler == "zig" else {"name": "the host's C compiler"}
         tools.append({"type": "application", **used})
         told.append({"name": "org.lag2fmu:compiler-flags", "value": " ".join(FLAGS)})
+    if compiler is not None and any(file.endswith(".dll") for file in files):
+        told.append({"name": "org.lag2fmu:further-compiler-flags-of-windows", "value": " ".join(OF_WINDOWS)})
     portable = any(file.startswith(f"binaries/{FOLDER}/") for file in files)
     if portable:
         told.append({"name": "org.lag2fmu:compiler-flags-of-wasm", "value": " ".join(MODULE_FLAGS)})

@@ -13,7 +13,7 @@ from faults import files_of, written
 from lag2fmu.checking import check_fmu
 from lag2fmu.checking.findings import Finding
 from lag2fmu.cli import main
-from lag2fmu.fmu.materials import BILL_ENTRY
+from lag2fmu.fmu.materials import BILL_ENTRY, bill_of_materials
 from lag2fmu.solvers.methods import METHODS
 
 pytestmark = pytest.mark.fmu
@@ -37,6 +37,14 @@ def test_a_bill_lists_each_file_with_its_hash(files: dict[str, bytes]) -> None:
     told = {part["name"].removeprefix("org.lag2fmu:"): part["value"] for part in bill["metadata"]["properties"]}
     assert "-std=c99" in told["compiler-flags"]
     assert told["solver"] in METHODS
+
+
+@pytest.mark.parametrize("library", ["binaries/win64/p.dll", "binaries/linux64/p.so"])
+def test_a_bill_tells_what_libraries_of_windows_take_beside_the_others(library: str) -> None:
+    bill = json.loads(bill_of_materials("p", {library: b""}, solver="dopri5", compiler="zig"))
+    told = {part["name"]: part["value"] for part in bill["metadata"]["properties"]}
+    further = told.get("org.lag2fmu:further-compiler-flags-of-windows", "")
+    assert ("-funwind-tables" in further) == library.endswith(".dll")
 
 
 def test_a_true_bill_finds_nothing(files: dict[str, bytes], tmp_path: Path) -> None:
