@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 import lag2fmu
 from lag2fmu.errors import ExpressionError, Lag2FmuError, LoadError, SimulationError
-from lag2fmu.mechanism import Body, Constraint, Contact, Friction, Mechanism, Spring, coordinate, parameter
+from lag2fmu.mechanism import Body, Constraint, Contact, Energy, Friction, Mechanism, Spring, coordinate, parameter
 from lag2fmu.studies.library import INPUT, PARAMETERS, STATES, compiled
 from lag2fmu.studies.requests import scale_of
 from lag2fmu.studies.sensitivities import directed_run
@@ -217,6 +217,31 @@ def test_what_touches_at_the_start_comes_back_by_impacts() -> None:
     bead = Mechanism("bead", coordinates=[x, y], bodies=[Body("bead", 1, (x + y, y))], gravity=9.81, contacts=[floor])
     found = lag2fmu.gradient(bead, "x", over=["x", "x_dot", "y_dot", "y"], stop_time=t)
     np.testing.assert_allclose(found.derivatives, [1.0, t, (1 + mu) * t, 1 + mu], atol=1e-9)
+
+
+@pytest.mark.parametrize("tolerance", [1e-8, 1e-11])
+def test_a_ball_that_begins_to_roll_is_followed_through_the_end_of_its_slip(tolerance: float) -> None:
+    """Its slip w keeps its direction and ends after tau = 2 |w|/(7 mu g): the velocity is v - 2 w/7 from there on."""
+    mu, g, r, t = 0.1, 9.81, 0.1, 0.25
+    v, spin = np.array([-0.6, 1.0]), np.array([-8.0, 0.0])
+    friction = parameter("mu", mu)
+    x, y, z = coordinate("x", "m", velocity=v[0]), coordinate("y", "m", velocity=v[1]), coordinate("z", "m")
+    a, b = coordinate("a", "rad", velocity=spin[0]), coordinate("b", "rad", velocity=spin[1])
+    floor = Contact("floor", gap=z, slip=(x.dot - r * b.dot, y.dot + r * a.dot), friction=friction)
+    ball = Mechanism(
+        "ball", coordinates=[x, y, z, a, b], parameters=[friction], gravity=g, contacts=[floor],
+        bodies=[Body("ball", 1, (x, y, z))], energy=Energy(kinetic=0.2 * r**2 * (a.dot**2 + b.dot**2)),
+    )  # fmt: skip
+    w = v + r * np.array([-spin[1], spin[0]])
+    speed, along = np.hypot(*w), w / np.hypot(*w)
+    slides = 2 * speed / (7 * mu * g)
+    # x = v t - 2/7 w (t - slides/2), differentiated by v, by w, and by what w contains
+    by_w = -2 / 7 * ((t - slides / 2) * np.eye(2) - slides / 2 * np.outer(along, along))
+    expected = np.column_stack([t * np.eye(2) + by_w, r * by_w[:, 1], -2 / 7 * w * slides / (2 * mu)])
+    found = lag2fmu.sensitivities(
+        ball, over=["x_dot", "y_dot", "a_dot", "mu"], outputs=["x", "y"], stop_time=t, step=t, tolerance=tolerance
+    )
+    np.testing.assert_allclose(found.derivatives[-1], expected, atol=1e-9)
 
 
 def test_what_is_held_at_the_start_shares_momentum() -> None:

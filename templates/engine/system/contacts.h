@@ -20,6 +20,10 @@ bool contacts_slide_in_space(const Instance *instance);
 /* The rate (1/s) at which friction in space turns the slowest slip into its direction; 0 if none slides. */
 double contacts_decay(Instance *instance);
 
+/* The usual speed of the slowest slip in space over its speed: by as much rounding is magnified in its direction; 0 if
+   none slides. */
+double contacts_slowness(Instance *instance);
+
 /* Adds to unknowns[n + m], which hold without forces of sliding, these forces and what follows from them; the system is
    factorised at the point. Returns false, with instance->failure, if no such forces are found. */
 bool contacts_slide(Instance *instance, const System *system, double time, const double states[],

@@ -24,11 +24,13 @@ static bool follow_motion(void *of, Step step, double *error) {
     return true;
 }
 
-/* The derivatives at the end of a good step: on the constraints, with their slopes. */
+/* The derivatives at the end of a good step: on the constraints, with their slopes. A step that an event has cut may
+   end where a slip in space comes to 0. Its direction is singular there, and derivatives may need a shorter step. */
 static bool finish_directions(void *of, Step tried, Step step) {
     Variations *variations = of;
     const Scratch *scratch = &variations->study.instance.scratch;
-    if (step.end != tried.end && !directions_follow(variations, step)) {
+    double error = 0.0;
+    if (step.end != tried.end && (!follow_motion(of, step, &error) || !(error <= 1.0))) {
         return false;
     }
     if ((N_CONSTRAINTS == 0 && directions_have_slope()) || !(step.length > 0.0)) {

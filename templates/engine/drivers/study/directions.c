@@ -131,11 +131,11 @@ bool directions_stand(Variations *variations, Instance *instance) {
     return true;
 }
 
-double direction_rounding(const Direction *direction) {
+double direction_rounding(Variations *variations, const Direction *direction) {
     double greatest = 0.0;
     for (int i = 0; i < N_STATES; i++) {
         const double size = larger(fabs(direction->states[i]), fabs(direction->new_states[i]));
         greatest = larger(greatest, size / NOMINAL_STATES[i]);
     }
-    return NOISE * greatest;
+    return NOISE * larger(1.0, contacts_slowness(&variations->study.instance)) * greatest;
 }

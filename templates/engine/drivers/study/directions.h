@@ -59,8 +59,9 @@ bool directions_land(Variations *variations);
 bool directions_start(Variations *variations);
 
 /* The rounding error of a direction in a trial step, in nominal states. Of a direction that is much longer than its
-   scale, as that of a torque of 1 N.m on a toy, it is more than tight tolerances allow. */
-double direction_rounding(const Direction *direction);
+   scale, as that of a torque of 1 N.m on a toy, it is more than tight tolerances allow; and so it is just before a slip
+   in space comes to rest. */
+double direction_rounding(Variations *variations, const Direction *direction);
 
 /* Passes the event at the present point: S jumps (jumps.c). */
 bool directions_pass(Variations *variations);

@@ -157,7 +157,8 @@ bool contacts_slide_in_space(const Instance *instance) {
     return found;
 }
 
-double contacts_decay(Instance *instance) {
+/* The greatest of sizes[i] over the speed of the slip i, among the slips in space that go on; 0 if there are none. */
+static double greatest_over_speed(Instance *instance, const double sizes[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, gaps, SIZE_UNILATERALS);
     WORK(mark, double, slips, SIZE_FRICTIONAL);
@@ -172,11 +173,26 @@ double contacts_decay(Instance *instance) {
         if (contact_slides_in_space(state, i)) {
             const double *slip = slips + SLIP_ROWS[i] - FIRST_SLIP;
             const double speed = hypot(slip[0], slip[1]) + contact_outlook(state, i).steady;
-            greatest = fmax(greatest, state->slip_decelerations[i] / speed);
+            greatest = fmax(greatest, sizes[i] / speed);
         }
     }
     arena_release(mark);
     return greatest;
+}
+
+double contacts_decay(Instance *instance) {
+    return greatest_over_speed(instance, instance->state.slip_decelerations);
+}
+
+double contacts_slowness(Instance *instance) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, sizes, SIZE_UNILATERALS);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        sizes[i] = states_pace(&instance->state) * EVENT_NOMINALS[N_SWITCHES + 2 * i + 1];
+    }
+    const double slowness = greatest_over_speed(instance, sizes);
+    arena_release(mark);
+    return slowness;
 }
 
 static void set_friction(State *state, int friction, int64_t mode, double direction) {

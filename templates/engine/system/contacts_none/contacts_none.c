@@ -26,6 +26,11 @@ double contacts_decay(Instance *instance) {
     return 0.0;
 }
 
+double contacts_slowness(Instance *instance) {
+    (void)instance;
+    return 0.0;
+}
+
 bool contacts_slide(Instance *instance, const System *system, double time, const double states[],
                     const double inputs[], double unknowns[]) {
     (void)instance;

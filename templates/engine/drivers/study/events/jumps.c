@@ -201,18 +201,15 @@ static bool find_shifts(Variations *variations) {
     return arena_leave(mark, true);
 }
 
-/* Do the states go on without a jump, and do the modes remember no new place? Then it makes no difference if modes are
-   decided otherwise beside the motion, as that of a contact whose force has come down to 0. */
+/* Do the states go on without a jump, and does no latch remember a new place? Then it makes no difference if modes are
+   decided otherwise beside the motion, as that of a contact whose force has come down to 0. The direction in which a
+   slip in space begins counts for an instant only: soon the slip has one by itself. */
 static bool continuous(const Variations *variations) {
     const State *before = &variations->before.state, *after = &variations->study.instance.state;
-    bool still = true;
+    bool still = !contacts_catch(before, after);
     for (int i = 0; i < N_STATES; i++) {
         const double size = fabs(before->states[i]) + NOMINAL_STATES[i];
         still = still && fabs(after->states[i] - before->states[i]) <= HYSTERESIS * size;
-    }
-    for (int i = 0; i < N_MASKS; i++) {
-        const double value = fabs(after->parameters[i]);
-        still = still && (after->parameters[i] == before->parameters[i] || value == 0.0 || value == 1.0);
     }
     return still;
 }
@@ -232,6 +229,7 @@ static bool jump(Variations *variations, Direction *direction, int k) {
         direction->seed.states[i] = way.states[i] - after[i] * direction->shift;
     }
     if (continuous(variations)) {
+        memset(direction->seed.parameters, 0, N_MASKS * sizeof(double));
         return arena_leave(mark, true);
     }
     for (; !known && way.width > NARROWEST; way.width *= 0.1) {

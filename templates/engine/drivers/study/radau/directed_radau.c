@@ -118,7 +118,7 @@ double directions_error(Variations *variations, int d, Step step, double toleran
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, accelerations, SIZE_OF_STEP);
     WORK_ROWS(mark, double, errors, 2, N_STATES);
-    const double rounding = direction_rounding(direction);
+    const double rounding = direction_rounding(variations, direction);
     double greatest = 0.0;
     gather_accelerations(direction, accelerations);
     radau_errors(instance, step.length, direction->states, direction->slope, accelerations, errors);

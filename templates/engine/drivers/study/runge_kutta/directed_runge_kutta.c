@@ -63,7 +63,7 @@ double directions_error(Variations *variations, int d, Step step, double toleran
     const Direction *direction = &variations->directions[d];
     WORK(mark, double, estimate, N_STATES);
     WORK(mark, double, other, N_STATES);
-    const double rounding = direction_rounding(direction);
+    const double rounding = direction_rounding(variations, direction);
     double error = 0.0, second = 0.0;
     tableau_errors(step.length, (Stages)direction->stages, estimate, other);
     for (int i = 0; i < N_STATES; i++) {
