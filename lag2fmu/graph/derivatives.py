@@ -153,6 +153,7 @@ DERIVATIVES: Mapping[str, Derivative] = {
     "max": _d_max,
     "passed": lambda g, o, y: (g.one,),
     "choice": _d_choice,
+    "sloped": lambda g, o, y: (o[1], o[0]),
     "lookup": _d_lookup,
     "lookup_2": _d_lookup_2,
 }

@@ -27,6 +27,7 @@ _SYMPY = {name: function for function, name in FUNCTIONS.items()} | {
     "power": sp.Pow,
     "power_or_zero": sp.Pow,
     "passed": lambda x: x,
+    "sloped": lambda slope, rate: slope * rate,
     "choice": lambda margin, a, b: Choice(margin, _beside(margin, a, 1), _beside(margin, b, 2)),
 }
 _OTHER = {sp.sin: sp.cos, sp.cos: sp.sin}
