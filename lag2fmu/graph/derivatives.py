@@ -16,9 +16,9 @@ from lag2fmu.graph.operations import KINKS, OPERATIONS
 
 Partials = tuple[Node, ...]
 Derivative = Callable[[Graph, tuple[Node, ...], Node], Partials]
-_LEAST = 1e-300
-"""Instead of a base of 0 in a logarithm that is multiplied by the power of this base, which is 0. That of a negative
-base is the one of its absolute value: whole powers have values there, and their rates count as 0."""
+_LEAST = 1e-37
+"""Instead of a base of 0 in a logarithm that is multiplied by the power of this base, which is 0; float holds it, too.
+That of a negative base is the one of its absolute value: whole powers have values there, and their rates count as 0."""
 
 
 def _negative(g: Graph, x: Node) -> Node:
