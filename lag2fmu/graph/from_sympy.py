@@ -49,6 +49,9 @@ _PARTLY_DEFINED = {
 }
 """Operations that have no finite value or derivative everywhere: (an operand, one of its values where they have)."""
 
+_LEAST = Fraction(1, 10**37)
+"""The least operand of a logarithm, a number that float holds, too."""
+
 _WHOLE = 1e-9
 """An exponent is whole where the square of the sine of pi times it is less."""
 
@@ -165,10 +168,21 @@ class Translator:
                 guarded.add(below)
             k, harmless = _PARTLY_DEFINED.get(name, (0, None))
             if harmless is not None and g.operands[below][k] in guarded:
-                pair = (operands[k], g.constant(harmless))
+                pair = (self._within(name, operands[k], margin, which), g.constant(harmless))
                 operands[k] = g.choose(margin, *(pair if which == 0 else reversed(pair)))
             new[below] = below if operands == list(g.operands[below]) else g.rebuild(below, operands)
         return new[node]
+
+    def _within(self, name: str, operand: Node, margin: Node, which: int) -> Node:
+        """``operand``; where a trial step is beyond the end of the branch ``which``, the nearest that has a value."""
+        g = self.graph
+        if name not in ("log", "asin", "acos"):
+            return operand
+        nearest, inside = g.apply("passed", operand), g.apply("passed", margin)
+        nearest = g.apply("max", nearest, g.constant(_LEAST if name == "log" else -1))
+        if name != "log":
+            nearest = g.apply("min", g.apply("passed", nearest), g.one)
+        return g.choose(inside, *((operand, nearest) if which == 0 else (nearest, operand)))
 
     def _base(self, base: Node, exponent: Node | None = None) -> Node:
         """``base`` or, where it is negative, 0; but for an ``exponent`` that is whole at present, it stays negative."""

@@ -281,6 +281,23 @@ def test_a_branch_that_is_not_taken_needs_no_values(exported, start: float) -> N
             assert fmu.derivative(["x_ddot"], {"x": 1.0})[0] == pytest.approx(expected, rel=1e-8)
 
 
+@pytest.mark.parametrize("solver", ["dopri5", "radau5", "rk4"])
+def test_the_end_of_a_logarithm_is_passed(exported, solver: str) -> None:
+    """Trial steps go beyond the places where x log(x) and acos(1 - x) end; energy with the work of both by hand."""
+    x = coordinate("x", start=-0.5, velocity=1.0)
+    force = parse("if(x > 0, x*log(x), 0) - if(x <= 0, 0, acos(1 - x))")
+    mechanism = Mechanism(
+        "ends", coordinates=[x], energy=Energy(x.dot**2 / 2, 2 * x**2), forces={x: force},
+        experiment=Experiment(stop_time=6.0, step=0.05),
+    )  # fmt: skip
+    run = simulate(exported(mechanism, solver=solver).path, tolerance=1e-9)
+    place = np.maximum(run["x"], 1e-300)
+    work = place**2 * (np.log(place) / 2 - 0.25) - np.sqrt(place * (2 - place)) - (place - 1) * np.arccos(1 - place)
+    energy = run["x_dot"] ** 2 / 2 + 2 * run["x"] ** 2 - work
+    assert (np.diff(np.sign(run["x"])) != 0).sum() >= 3
+    assert np.abs(energy - energy[0]).max() < 1e-6
+
+
 def test_friction_by_sign_is_named_with_its_remedy(exported) -> None:
     x = coordinate("x", velocity=1.0)
     mechanism = Mechanism("rubbed", coordinates=[x], energy=Energy(kinetic=x.dot**2 / 2), forces={x: -sign(x.dot)})
