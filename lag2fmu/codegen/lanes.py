@@ -41,6 +41,7 @@ LANES = Dialect(
         "heaviside": "0.5 * (1.0 + lanes_sign({0}))",
         "atan2": "lanes_library_2(atan2, {0}, {1})",
         "power": "lanes_library_2(pow, {0}, {1})",
+        "sloped": "lanes_select({1} == 0.0, lanes_of(0.0), {0} * {1})",
         "choice": "lanes_select({0} > 0.0, {1}, {2})",
         "lookup": "lanes_lookup",
         "lookup_2": "lanes_lookup_2",

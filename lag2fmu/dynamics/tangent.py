@@ -56,17 +56,17 @@ def differentiate(equations: EquationsOfMotion, sliding: tuple[Node, ...] = ()) 
     direction = dict(zip(variables, (dt, *dx, *du, *dp, *drates), strict=True))
     moving = direction | dict(zip(v.unknowns, dqdd, strict=True))
     with g.as_written():  # derivatives of dependent parameters then contain no variable but parameters
-        dependent = forward(g, list(equations.dependent.values()), direction)
+        dependent = forward(g, list(equations.dependent.values()), direction, steep=True)
     return Tangent(
         dt=dt,
         dx=dx,
         du=du,
         dp=dp,
         dqdd=dqdd,
-        residual=tuple(forward(g, (*equations.residual, *c.velocities, *c.positions), direction)),
-        locals=tuple(forward(g, [node for _, node in equations.locals()], moving)),
+        residual=tuple(forward(g, (*equations.residual, *c.velocities, *c.positions), direction, steep=True)),
+        locals=tuple(forward(g, [node for _, node in equations.locals()], moving, steep=True)),
         dependent=tuple(dependent),
         drates=drates,
-        sliding=tuple(forward(g, sliding, moving)),
-        further=tuple(forward(g, v.further_rates, moving)),
+        sliding=tuple(forward(g, sliding, moving, steep=True)),
+        further=tuple(forward(g, v.further_rates, moving, steep=True)),
     )

@@ -5,22 +5,23 @@ Source: A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, sections 3.1
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 from lag2fmu.graph.derivatives import DERIVATIVES
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import ADD, CHOICE, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT
+from lag2fmu.graph.operations import ADD, CHOICE, MULTIPLY, NEGATE, OPERATIONS, SLOPED, STEEP, SUBTRACT
 
 FUNCTIONS = frozenset(code for code, row in enumerate(OPERATIONS) if row.arity == 1 and code != NEGATE)
 
 
-def forward(graph: Graph, outputs: Sequence[Node], seeds: Mapping[Node, Node]) -> list[Node]:
+def forward(graph: Graph, outputs: Sequence[Node], seeds: Mapping[Node, Node], *, steep: bool = False) -> list[Node]:
     """Directional derivatives (k,) of the nodes ``outputs`` (k,) in the direction ``seeds`` {variable: its rate}.
 
-    A variable that is not in ``seeds`` has the rate 0. Source: Griewank, Walther, section 3.1 (propagation of
+    A variable that is not in ``seeds`` has the rate 0. ``steep``: rates of 0 stay 0 where a slope has no bound, as that
+    of sqrt(k) at 0; they are known at run time only. Source: Griewank, Walther, section 3.1 (propagation of
     tangents).
     """
-    return Forward(graph, seeds)(outputs)
+    return Forward(graph, seeds, steep=steep)(outputs)
 
 
 class Forward:
@@ -30,8 +31,8 @@ class Forward:
     known together see ``forward``.
     """
 
-    def __init__(self, graph: Graph, seeds: Mapping[Node, Node]) -> None:
-        self.graph = graph
+    def __init__(self, graph: Graph, seeds: Mapping[Node, Node], *, steep: bool = False) -> None:
+        self.graph, self.steep = graph, steep
         self.rates = dict(seeds)  # {node: its rate}, without the nodes whose rate is 0
         self.done = set(seeds)
 
@@ -57,9 +58,16 @@ class Forward:
             return g.add(a, b) if g.code[node] == ADD else g.subtract(a, b)
         if g.code[node] == CHOICE:  # the operand that is not chosen may have no value
             return g.choose(operands[0], *(rates.get(operand, g.zero) for operand in operands[1:]))
-        return g.total(
-            g.multiply(partial, rates[below]) for below, partial in _partials(g, node, rates) if below in rates
-        )
+        return g.total(self._parts(node))
+
+    def _parts(self, node: Node) -> Iterator[Node]:
+        """The rate of ``node`` that is due to each of its operands."""
+        g, rates, operands = self.graph, self.rates, self.graph.operands[node]
+        factors = operands if g.code[node] == MULTIPLY else (node,)
+        times = _sloped if self.steep and any(g.code[x] in STEEP for x in factors) else Graph.multiply
+        for below, partial in _partials(g, node, rates):
+            if below in rates:
+                yield times(g, partial, rates[below])
 
 
 def reverse(graph: Graph, seeds: Mapping[Node, Node], variables: Iterable[Node]) -> list[Node]:
@@ -80,8 +88,14 @@ def reverse(graph: Graph, seeds: Mapping[Node, Node], variables: Iterable[Node])
             continue
         for operand, partial in _partials(graph, node, depending):
             if operand in depending:
-                adjoint[operand] = graph.add(adjoint.get(operand, zero), graph.multiply(partial, weight))
+                times = _sloped if graph.code[node] == SLOPED else Graph.multiply
+                adjoint[operand] = graph.add(adjoint.get(operand, zero), times(graph, partial, weight))
     return [adjoint.get(variable, zero) for variable in variables]
+
+
+def _sloped(graph: Graph, slope: Node, rate: Node) -> Node:
+    """``slope`` times ``rate``, 0 where the rate is 0."""
+    return graph.multiply(slope, rate) if graph.is_constant(slope) else graph.apply("sloped", slope, rate)
 
 
 def _dependent(graph: Graph, outputs: Iterable[Node], variables: Iterable[Node]) -> list[Node]:

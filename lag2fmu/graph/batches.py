@@ -43,6 +43,7 @@ _NUMPY: dict[str, Callable[..., Any]] = {
     "min": np.minimum,
     "max": np.maximum,
     "passed": lambda x: x,
+    "sloped": lambda slope, rate: np.where(rate == 0.0, 0.0, slope * rate),
     "choice": lambda margin, a, b: np.where(margin > 0.0, a, b),
 }
 

@@ -16,9 +16,9 @@ from lag2fmu.graph.operations import KINKS, OPERATIONS
 
 Partials = tuple[Node, ...]
 Derivative = Callable[[Graph, tuple[Node, ...], Node], Partials]
-_LEAST = 1e-300
-"""Instead of a base of 0 in a logarithm that is multiplied by the power of this base, which is 0. That of a negative
-base is the one of its absolute value: whole powers have values there, and their rates count as 0."""
+_LEAST = 1e-37
+"""Instead of a base of 0 in a logarithm that is multiplied by the power of this base, which is 0; float holds it, too.
+That of a negative base is the one of its absolute value: whole powers have values there, and their rates count as 0."""
 
 
 def _negative(g: Graph, x: Node) -> Node:
@@ -153,6 +153,7 @@ DERIVATIVES: Mapping[str, Derivative] = {
     "max": _d_max,
     "passed": lambda g, o, y: (g.one,),
     "choice": _d_choice,
+    "sloped": lambda g, o, y: (o[1], o[0]),
     "lookup": _d_lookup,
     "lookup_2": _d_lookup_2,
 }

@@ -12,7 +12,7 @@ import sympy as sp
 
 from lag2fmu.errors import DerivationError
 from lag2fmu.graph.graph import Graph, Node
-from lag2fmu.graph.operations import KINKS, LOOKUP, LOOKUP_2, OPERATIONS, ROOTS
+from lag2fmu.graph.operations import KINKS, LOOKUP, LOOKUP_2, OPERATIONS, ROOTS, SYMBOL
 from lag2fmu.language.definitions import calls
 from lag2fmu.language.vocabulary import Choice, Smooth, TableCall
 
@@ -35,6 +35,22 @@ FUNCTIONS = {
     sp.Min: "min",
     sp.Max: "max",
 }
+
+_PARTLY_DEFINED = {
+    "divide": (1, 1),
+    "log": (0, 1),
+    "asin": (0, 0),
+    "acos": (0, 0),
+    "atan2": (1, 1),
+    "exp": (0, 0),
+    "sinh": (0, 0),
+    "cosh": (0, 0),
+    "power": (0, 1),
+}
+"""Operations that have no finite value or derivative everywhere: (an operand, one of its values where they have)."""
+
+_LEAST = Fraction(1, 10**37)
+"""The least operand of a logarithm, a number that float holds, too."""
 
 _WHOLE = 1e-9
 """An exponent is whole where the square of the sine of pi times it is less."""
@@ -131,21 +147,42 @@ class Translator:
 
     def _choice(self, e: Choice) -> Node:
         margin, *branches = (self._node(a) for a in e.args)
-        return self.graph.choose(margin, *(self._branch(branch) for branch in branches))
+        return self.graph.choose(margin, *(self._branch(branch, margin, k) for k, branch in enumerate(branches)))
 
-    def _branch(self, node: Node) -> Node:
-        """``node``, a branch of a choice, with operands of roots and broken powers that count as 0 where negative.
+    def _branch(self, node: Node, margin: Node, which: int) -> Node:
+        """``node``, branch ``which`` (0 or 1) of a choice, with values and derivatives also where it is not chosen.
 
-        For rounding and trial steps evaluate a branch a little beyond the place where it ends.
+        Operands of roots and broken powers count as 0 where negative, for rounding and trial steps evaluate a branch
+        a little beyond the place where it ends. Where the ``margin`` chooses the other branch, a harmless operand
+        stands in place of one that the margin may guard: the derivative there is 0 times that of this branch.
         """
         g = self.graph
+        guarded = {below for below in g.cone([margin]) if g.code[below] == SYMBOL}
         new: dict[Node, Node] = {}
         for below in g.cone([node]):
             operands = [new[operand] for operand in g.operands[below]]
-            if OPERATIONS[g.code[below]].name in ROOTS:
+            name = OPERATIONS[g.code[below]].name
+            if name in ROOTS:
                 operands[0] = self._base(*operands)
+            if not guarded.isdisjoint(g.operands[below]):
+                guarded.add(below)
+            k, harmless = _PARTLY_DEFINED.get(name, (0, None))
+            if harmless is not None and g.operands[below][k] in guarded:
+                pair = (self._within(name, operands[k], margin, which), g.constant(harmless))
+                operands[k] = g.choose(margin, *(pair if which == 0 else reversed(pair)))
             new[below] = below if operands == list(g.operands[below]) else g.rebuild(below, operands)
         return new[node]
+
+    def _within(self, name: str, operand: Node, margin: Node, which: int) -> Node:
+        """``operand``; where a trial step is beyond the end of the branch ``which``, the nearest that has a value."""
+        g = self.graph
+        if name not in ("log", "asin", "acos"):
+            return operand
+        nearest, inside = g.apply("passed", operand), g.apply("passed", margin)
+        nearest = g.apply("max", nearest, g.constant(_LEAST if name == "log" else -1))
+        if name != "log":
+            nearest = g.apply("min", g.apply("passed", nearest), g.one)
+        return g.choose(inside, *((operand, nearest) if which == 0 else (nearest, operand)))
 
     def _base(self, base: Node, exponent: Node | None = None) -> Node:
         """``base`` or, where it is negative, 0; but for an ``exponent`` that is whole at present, it stays negative."""

@@ -6,6 +6,7 @@ Some operations are not those of C:
   stays at 0, as in max(0, -x)**(5/2), all derivatives are 0 instead of infinity times 0.
 - ``choice``: the second operand where the first is positive, else the third.
 - ``passed``: its operand, unchanged; kinks whose margins use it are not located.
+- ``sloped``: a slope times a rate; 0 where the rate is 0, however steep the slope is.
 - lookups: constants come first, namely the index of the table and the order of the derivative by each argument.
 
 The derivatives of the operations are in ``derivatives``.
@@ -77,6 +78,7 @@ OPERATIONS: tuple[Operation, ...] = (
     Operation("max", 2, max, "fmax({0}, {1})"),
     Operation("passed", 1, lambda x: x, "{0}"),
     Operation("choice", 3, lambda m, a, b: a if m > 0.0 else b, "{0} > 0.0 ? {1} : {2}"),
+    Operation("sloped", 2, lambda slope, rate: slope * rate if rate else 0.0, "{1} == 0.0 ? 0.0 : {0} * {1}"),
     Operation("lookup", 3, _in_table, ""),
     Operation("lookup_2", 5, _in_table, ""),
 )
@@ -86,5 +88,7 @@ CONSTANT, SYMBOL, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE = range(7)
 KINKS = {"sign": 1, "abs": 1, "heaviside": 1, "min": 2, "max": 2, "choice": 1}
 """The operations with a kink: {name: how many of the first operands say where the kink is}."""
 ROOTS = ("sqrt", "power", "power_or_zero")
-SINE, COSINE, CHOICE = CODE["sin"], CODE["cos"], CODE["choice"]
+STEEP = frozenset(CODE[name] for name in ("sqrt", "power", "asin", "acos", "atan2"))
+"""The codes of operations with places where they have a value but no bounded slope."""
+SINE, COSINE, CHOICE, SLOPED = CODE["sin"], CODE["cos"], CODE["choice"], CODE["sloped"]
 LOOKUP, LOOKUP_2 = CODE["lookup"], CODE["lookup_2"]

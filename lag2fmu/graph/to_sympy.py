@@ -27,7 +27,8 @@ _SYMPY = {name: function for function, name in FUNCTIONS.items()} | {
     "power": sp.Pow,
     "power_or_zero": sp.Pow,
     "passed": lambda x: x,
-    "choice": Choice,
+    "sloped": lambda slope, rate: slope * rate,
+    "choice": lambda margin, a, b: Choice(margin, _beside(margin, a, 1), _beside(margin, b, 2)),
 }
 _OTHER = {sp.sin: sp.cos, sp.cos: sp.sin}
 
@@ -76,12 +77,31 @@ def tidy(expression: sp.Expr) -> sp.Expr:
     Source: Abramowitz, Stegun, formulas 4.3.16 and 4.3.17.
     """
     terms = dict(_multiplied_out(expression).as_coefficients_dict())
+    if expression.has(Choice):
+        terms = dict(sp.Add(*(factor * _in_its_case(core) for core, factor in terms.items())).as_coefficients_dict())
     while (pair := _addition_theorem(terms)) is not None:
         one, other, result = pair
         del terms[one], terms[other]
         factor, core = result.as_coeff_Mul()
         terms[core] = terms.get(core, 0) + factor
     return sp.Add(*(coefficient * core for core, coefficient in terms.items()))
+
+
+def _beside(margin: sp.Expr, x: sp.Expr, which: int) -> sp.Expr:
+    """``x`` where ``margin`` > 0 (``which`` 1) or not (2): choices by the same margin are made."""
+    return x.replace(lambda e: isinstance(e, Choice) and e.args[0] == margin, lambda e: e.args[which])
+
+
+def _in_its_case(core: sp.Expr) -> sp.Expr:
+    """The product ``core`` where one factor is a condition by which others choose: the case of 1, or else 0."""
+    for factor in sp.Mul.make_args(core):
+        base, exponent = factor.as_base_exp()
+        if isinstance(base, Choice) and base.args[1:] in ((1, 0), (0, 1)) and exponent.is_positive:
+            margin, which = base.args[0], 1 if base.args[1] == 1 else 2
+            rest = core / factor
+            if (made := _beside(margin, rest, which)) != rest:
+                return Choice(margin, *((made, sp.S.Zero) if which == 1 else (sp.S.Zero, made)))
+    return core
 
 
 def _multiplied_out(x: sp.Expr) -> sp.Expr:

@@ -125,8 +125,8 @@ static void note_crossing(Group *group, int lane, int64_t crossing, double time)
 
 /* The zero of a quantity in a part of the step, at whose ends it has different signs, by the Illinois variant of regula
    falsi: Dowell, Jarratt, A modified regula falsi method, BIT 11, 1971. */
-static Lanes locate(Group *group, Mask mask, int64_t column, bool rates, Lanes left, Lanes right, Lanes at_left,
-                    Lanes at_right) {
+static Lanes zero_within(Group *group, Mask mask, int64_t column, bool rates, Lanes left, Lanes right, Lanes at_left,
+                         Lanes at_right) {
     enum { MOST_ROUNDS = 40 };
     Lanes quantities[N_QUANTITIES];
     Lanes theta = left;
@@ -157,7 +157,7 @@ static void note_zeros(Group *group, Mask mask, int64_t crossing, bool rates, La
     if (!lanes_any(mask)) {
         return;
     }
-    const Lanes theta = locate(group, mask, column, rates, left, right, at_left, at_right);
+    const Lanes theta = zero_within(group, mask, column, rates, left, right, at_left, at_right);
     for (int lane = 0; lane < LANES; lane++) {
         if (mask[lane]) {
             note_crossing(group, lane, crossing, group->time[lane] + theta[lane] * group->length[lane]);

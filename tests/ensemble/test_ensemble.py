@@ -67,6 +67,16 @@ def test_period_of_the_pendulum() -> None:
     assert np.allclose(runs.minimum["theta"], -a, rtol=2e-6)
 
 
+def test_a_measured_spring() -> None:
+    """A table whose kinks steps may pass is a force of -4 N/m; a mass of 2 kg has the zero pi/2 sqrt(2/4) s."""
+    table = "[tables.pull]\ncolumns = [[-1, 0, 1], [4, 0, -4]]\n"
+    spring = read(BLOCK.replace('"F"\n', '"F + smooth(pull(x))"\n') + table, "spring")
+    runs = Ensemble(spring).run(starts={"x": spread(0.1, 0.9)}, crossings=["x"], tolerance=1e-10, stop_time=1.5)
+    assert runs.in_lanes.all()
+    assert np.allclose(runs.final["x"], spread(0.1, 0.9) * np.cos(np.sqrt(2.0) * 1.5), rtol=0, atol=1e-9)
+    assert np.allclose(runs.crossings["x"][:, 0], np.pi / np.sqrt(8.0), rtol=1e-9)
+
+
 def test_a_run_gives_the_same_bits_whatever_runs_beside_it() -> None:
     starts, stops = spread(-2.0, 2.0, 40), spread(1.0, 4.0, 40)
     model = ensemble("double_pendulum")

@@ -12,11 +12,14 @@ import numpy as np
 import pytest
 from bare import Bare, program
 from compiling import COMPILERS, QUICK
+from sympy import Max
 
 from lag2fmu import export, simulate
 from lag2fmu.errors import ExportError
 from lag2fmu.fmu.firmware import firmware, write_folder
 from lag2fmu.formats.loading import load
+from lag2fmu.language.vocabulary import Smooth
+from lag2fmu.mechanism import Energy, Experiment, coordinate, parameter
 from lag2fmu.mechanism.record import Mechanism
 
 pytestmark = pytest.mark.fmu
@@ -137,6 +140,17 @@ def test_float_is_near_double(model: str, worst: float, tmp_path: Path) -> None:
         final.append(np.array(printed.stdout.splitlines()[-1].split(","), float))
     error = np.abs(final[1] - final[0]) / (1 + np.abs(final[0]))
     assert 0 < error.max() < worst
+
+
+def test_a_power_that_rests_at_0_in_float(tmp_path: Path) -> None:
+    """A mass that flies off a spring of Hertz: x = 0.1 + t; ros2 needs the derivative of max(0, -x)**n at 0, too."""
+    x, n = coordinate("x", start=0.1, velocity=1.0), parameter("n", 1.5)
+    spring = {x: 100 * Smooth(Max(0, -x)) ** n}
+    energy, experiment = Energy(x.dot**2 / 2), Experiment(stop_time=0.5)
+    mechanism = Mechanism("hertz", coordinates=[x], parameters=[n], energy=energy, forces=spring, experiment=experiment)
+    made = firmware(mechanism, solver="ros2", real="float")
+    printed = subprocess.run([program(made.files, tmp_path, *QUICK)], capture_output=True, text=True, check=True)
+    assert float(printed.stdout.splitlines()[-1].split(",")[1]) == pytest.approx(0.6, abs=1e-5)
 
 
 def test_contacts_in_float(tmp_path: Path) -> None:

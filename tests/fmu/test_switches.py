@@ -260,6 +260,44 @@ def test_a_branch_without_a_value_beyond_its_end(exported, solver: str) -> None:
     assert np.abs(run["x_dot"] ** 2 / 2 + G * run["x"] + stored - 0.1 * G).max() < 1e-6
 
 
+@pytest.mark.parametrize("start", [-0.5, 0.0, 0.4])
+def test_a_branch_that_is_not_taken_needs_no_values(exported, start: float) -> None:
+    """Logarithms, quotients, powers of what is negative or 0, exponentials that overflow: V and a force, by hand."""
+    x, n = coordinate("x"), parameter("n", -1.5)
+    potential = parse("if(abs(x) > 0.000001, sin(x)/x, 1) + if(x > 0, x**2*log(x), 0)")
+    force = parse("if(x > 0, x**3*x**n, 0) + if(x > 0, exp(-1/x)/x, 0) + if(x < 1, 0, exp(900/(x + 1)))")
+    energy = Energy(x.dot**2 / 2, potential)
+    mechanism = Mechanism("branches", coordinates=[x], parameters=[n], energy=energy, forces={x: force})
+
+    def acceleration(x: float) -> float:
+        slope = (math.cos(x) / x - math.sin(x) / x**2 if x else 0.0) + (2 * x * math.log(x) + x if x > 0 else 0.0)
+        return (x**1.5 + math.exp(-1 / x) / x if x > 0 else 0.0) - slope
+
+    with Stepping(exported(mechanism).path, "ModelExchange") as fmu:
+        fmu.start({"x": start})
+        assert fmu.get(["x_ddot"])[0] == pytest.approx(acceleration(start), rel=1e-13)
+        if start:
+            expected = (acceleration(start + 1e-5) - acceleration(start - 1e-5)) / 2e-5
+            assert fmu.derivative(["x_ddot"], {"x": 1.0})[0] == pytest.approx(expected, rel=1e-8)
+
+
+@pytest.mark.parametrize("solver", ["dopri5", "radau5", "rk4"])
+def test_the_end_of_a_logarithm_is_passed(exported, solver: str) -> None:
+    """Trial steps go beyond the places where x log(x) and acos(1 - x) end; energy with the work of both by hand."""
+    x = coordinate("x", start=-0.5, velocity=1.0)
+    force = parse("if(x > 0, x*log(x), 0) - if(x <= 0, 0, acos(1 - x))")
+    mechanism = Mechanism(
+        "ends", coordinates=[x], energy=Energy(x.dot**2 / 2, 2 * x**2), forces={x: force},
+        experiment=Experiment(stop_time=6.0, step=0.05),
+    )  # fmt: skip
+    run = simulate(exported(mechanism, solver=solver).path, tolerance=1e-9)
+    place = np.maximum(run["x"], 1e-300)
+    work = place**2 * (np.log(place) / 2 - 0.25) - np.sqrt(place * (2 - place)) - (place - 1) * np.arccos(1 - place)
+    energy = run["x_dot"] ** 2 / 2 + 2 * run["x"] ** 2 - work
+    assert (np.diff(np.sign(run["x"])) != 0).sum() >= 3
+    assert np.abs(energy - energy[0]).max() < 1e-6
+
+
 def test_friction_by_sign_is_named_with_its_remedy(exported) -> None:
     x = coordinate("x", velocity=1.0)
     mechanism = Mechanism("rubbed", coordinates=[x], energy=Energy(kinetic=x.dot**2 / 2), forces={x: -sign(x.dot)})

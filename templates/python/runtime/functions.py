@@ -42,6 +42,11 @@ def power_or_zero(base: float, exponent: float) -> float:
     return power(base, exponent) if base else 0.0
 
 
+def sloped(slope: float, rate: float) -> float:
+    """slope times rate; 0 where rate is 0, however steep the slope is."""
+    return slope * rate if rate else 0.0
+
+
 def sign(x: float) -> float:
     """-1, 0 or 1."""
     return float((x > 0) - (x < 0))

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from stepping3 import Stepping3
+from sympy import sqrt
+
+from lag2fmu import simulate
+from lag2fmu.mechanism import Energy, Mechanism, coordinate, parameter, signal
 
 pytestmark = pytest.mark.fmu
 
@@ -42,6 +47,32 @@ def test_adjoint_products_are_transposed_directional_ones(exported, model: str, 
                 back = unit.unit.getAdjointDerivative(unknowns, knowns, list(weights), sum(n))
                 scale = np.linalg.norm(weights) * np.linalg.norm(forward)
                 assert weights @ np.array(forward) == pytest.approx(seed @ np.array(back), abs=1e-13 * scale)
+
+
+def test_a_slope_without_bound_counts_along_its_own_variable_alone(exported) -> None:
+    """Critical damping c = 2 sqrt(k m) of a spring that is set to 0, and a valve by sqrt(u) that is shut.
+
+    Radau5 takes its Jacobian from these derivatives; with k = 0 and u = 0 the mass keeps its velocity.
+    """
+    x, k, u = coordinate("x", start=0.3, velocity=2.0), parameter("k", 0.0), signal("u")
+    force = -2 * sqrt(k) * x.dot + sqrt(u) * x
+    energy = Energy(x.dot**2 / 2, k * x**2 / 2)
+    mechanism = Mechanism("slack", coordinates=[x], parameters=[k], inputs=[u], energy=energy, forces={x: force})
+    fmu = exported(mechanism, solver="radau5", fmi="3.0")
+    with Stepping3(fmu.path) as unit:
+        unit.start()
+        r = unit.references
+        for k_is, u_is in ((0.0, 0.0), (4.0, 0.0), (0.0, 9.0)):
+            unit.set({"k": k_is, "u": u_is})
+            expected = [-k_is + np.sqrt(u_is), -2 * np.sqrt(k_is)]
+            knowns = [r["x"], r["x_dot"]]
+            directional = [unit.unit.getDirectionalDerivative([r["x_ddot"]], [known], [1.0], 1)[0] for known in knowns]
+            assert directional == pytest.approx(expected, abs=1e-15)
+            assert unit.unit.getAdjointDerivative([r["x_ddot"]], knowns, [1.0], 2) == pytest.approx(expected, abs=1e-15)
+        unit.set({"k": 0.0, "u": 0.0})
+        with pytest.raises(FMICallException):
+            unit.unit.getDirectionalDerivative([r["x_ddot"]], [r["k"]], [1.0], 1)
+    assert simulate(fmu, stop_time=1.0)["x"][-1] == pytest.approx(2.3, abs=1e-12)
 
 
 def test_dependencies_are_those_of_the_description(exported) -> None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import ctypes
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+import wasmtime
 from compiling import UNOPTIMISED, compiled
 
 from lag2fmu.codegen.sources import FUNCTIONS, page_sources, public_names
@@ -18,6 +20,7 @@ from lag2fmu.fmu.live.drawing import drawing
 from lag2fmu.fmu.live.spots import no_spots
 from lag2fmu.fmu.live.work import work
 from lag2fmu.formats.loading import load
+from lag2fmu.graph.operations import OPERATIONS
 from lag2fmu.reference.direct_integration import integrate
 
 pytestmark = pytest.mark.fmu
@@ -78,3 +81,19 @@ def test_the_module_has_derivatives_where_the_solver_calls_them(solver: str, nee
     names = public_names(["page.c"])
     whole = compile_module({**files, **{name: sources[name] for name in FUNCTIONS if name in sources}}, names)
     assert len(compile_module(files, names)) == pytest.approx(len(whole), rel=0.01)
+
+
+def test_modules_have_all_functions_of_expressions() -> None:
+    """The part of the C library that they take has sinh and atan2, too, which are functions of expressions."""
+    called = [row for row in OPERATIONS if hasattr(math, row.c.partition("(")[0]) and "(" in row.c]
+    assert {"sin", "sinh", "atan2", "power"} <= {row.name for row in called}
+    lines = [f"double do_{row.name}(double x, double y) {{ return {row.c.format('x', 'y')}; }}" for row in called]
+    names = [f"do_{row.name}" for row in called]
+    for options in ((), ("-flto",)):
+        module = compile_module({"all.c": "\n".join(["#include <math.h>", *lines, ""])}, names, *options)
+        store = wasmtime.Store()
+        exports = wasmtime.Instance(store, wasmtime.Module(store.engine, module), []).exports(store)
+        for row in called:
+            for x, y in ((0.3, -0.7), (0.9, 2.5)):
+                expected = row.value(*(x, y)[: row.arity])
+                assert exports[f"do_{row.name}"](store, x, y) == pytest.approx(expected, rel=1e-14), row.name

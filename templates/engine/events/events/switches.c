@@ -13,11 +13,25 @@
 /* Bound of the rounds in which switches, impacts and modes of contacts settle at one event. */
 enum { MOST_SWITCH_ROUNDS = 100 };
 
+/* How fast the margin of a switch that is 0 rises on its side; 0 where the motion has no values there, as that of
+   if(x > 0, 1/x, 0) has none at 0. *has_values: whether it has. */
+static bool rise_from_zero(Instance *instance, int k, double *rise, bool *has_values) {
+    const FailureKind *kind = &instance->failure.kind;
+    *has_values = margins_rise(instance, k, 0.0, rise);
+    if (*has_values || (*kind != FAILURE_NOT_FINITE && *kind != FAILURE_FURTHER)) {
+        return *has_values;
+    }
+    *rise = 0.0;
+    instance->failure.kind = FAILURE_NONE; /* if no side has values, the start says so */
+    return true;
+}
+
 /* Chooses the side of a switch whose margin is 0: the side to which the motion goes if the switch is on this side. */
 static bool choose_side(Instance *instance, int k) {
-    double rise;
+    bool has_values[2];
     for (int attempt = 0; attempt < 2; attempt++) {
-        if (!margins_rise(instance, k, 0.0, &rise)) {
+        double rise;
+        if (!rise_from_zero(instance, k, &rise, &has_values[attempt])) {
             return false;
         }
         if (rise > events_noise(instance, k)) {
@@ -25,7 +39,10 @@ static bool choose_side(Instance *instance, int k) {
         }
         margins_turn(instance, k);
     }
-    return true; /* neither side is confirmed, or the margin stays at 0: the side stays as it was */
+    if (has_values[1] && !has_values[0]) {
+        margins_turn(instance, k);
+    }
+    return true; /* neither side is confirmed, or the margin stays at 0: the side stays as it was, if it has values */
 }
 
 /* The margins at the present states and, where these are 0, a little further on along the velocities. */
