@@ -184,6 +184,10 @@ Interval interval_power_or_zero(Interval a, Interval exponent) {
     return a.low <= 0.0 && a.high >= 0.0 ? interval_hull(found, interval_of(0.0)) : found;
 }
 
+Interval interval_sloped(Interval slope, Interval rate) {
+    return rate.low == 0.0 && rate.high == 0.0 ? rate : interval_multiply(slope, rate);
+}
+
 Interval interval_min(Interval a, Interval b) {
     return (Interval){fmin(a.low, b.low), fmin(a.high, b.high)};
 }

@@ -37,6 +37,7 @@ Interval interval_power(Interval a, Interval exponent);
 
 /* A power that is 0 where the base is 0, whatever the exponent. */
 Interval interval_power_or_zero(Interval a, Interval exponent);
+Interval interval_sloped(Interval slope, Interval rate);
 
 Interval interval_min(Interval a, Interval b);
 Interval interval_max(Interval a, Interval b);
