@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,11 +16,13 @@ from lag2fmu.archives import DESCRIPTION, read_text
 from lag2fmu.checking import check_fmu
 from lag2fmu.codegen.sources import public_names
 from lag2fmu.errors import BuildError, ExportError
+from lag2fmu.fmu.compilers import compile_module
 from lag2fmu.fmu.exporting import export
 from lag2fmu.fmu.wasm.binary import MODULE
 from lag2fmu.fmu.wasm.component import c_names, component
 from lag2fmu.fmu.wasm.draft import NOT_OFFERED, interfaces
 from lag2fmu.fmu.wasm.modules import imported_pages, memory_module
+from lag2fmu.language.vocabulary import FUNCTIONS
 
 Both = Callable[[str], Path]
 KINDS = ("CoSimulation", "ModelExchange")
@@ -243,3 +246,13 @@ def test_a_module_that_needs_more_is_refused() -> None:
     imports = b"\1\3env\7missing\0\0"
     with pytest.raises(BuildError, match="needs 'missing', which WebAssembly does not have"):
         component(MODULE + bytes([2, len(imports)]) + imports)
+
+
+def test_modules_have_the_functions_of_expressions() -> None:
+    names = sorted({"pow"} | {name for name in FUNCTIONS if hasattr(math, name)})
+    calls = "".join(f"        {name}(a{', b' * (name in ('atan2', 'pow'))}),\n" for name in names)
+    head = "void all(double a, double b, double *values)"
+    text = f"#include <math.h>\n{head};\n{head} {{\n"
+    text += f"    const double of[] = {{\n{calls}    }};\n"
+    text += "    for (int i = 0; i < (int)(sizeof of / sizeof *of); i++)\n        values[i] = of[i];\n}\n"
+    assert compile_module({"page.c": text}, ["all"]).startswith(MODULE)

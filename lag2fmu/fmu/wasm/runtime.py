@@ -1,7 +1,7 @@
 """The few functions of the C library that modules of WebAssembly take, built apart.
 
 Zig would first compile all of wasi-libc, which takes 30 s of CPU time. Its parts in Zig are one file. Of its parts in C
-a module needs ``snprintf`` and ``pow`` with what they call.
+a module needs ``snprintf``, and ``pow``, ``atan2`` and ``sinh`` of expressions, with what they call.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ OWN = "runtime.c"
 _FILES = (
     *("stdio/snprintf.c", "stdio/vsnprintf.c", "stdio/vfprintf.c", "stdio/fwrite.c", "stdio/__towrite.c"),
     *("math/pow.c", "math/pow_data.c", "math/exp_data.c", "math/ldexp.c", "math/scalbn.c", "math/__math_invalid.c"),
-    *("math/__math_oflow.c", "math/__math_uflow.c", "math/__math_xflow.c"),
+    *("math/__math_oflow.c", "math/__math_uflow.c", "math/__math_xflow.c", "math/atan2.c", "math/sinh.c"),
+    *("math/__expo2.c", "math/expm1.c"),
 )
 """Of musl, in ``src``; some stand in wasi-libc's own version of it."""
 _FLAGS = ("-std=gnu99", "-D_XOPEN_SOURCE=700", "-Os", "-w", "-g0", "-fno-strict-aliasing", "-fvisibility=hidden")
