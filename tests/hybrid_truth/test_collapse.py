@@ -126,3 +126,48 @@ def test_a_table_that_rises_meets_what_collapses_on_it(exported) -> None:
     fmu, gaps = exported(read(text, "balls")), [f"c{i}_gap" for i in balls]
     run = lag2fmu.simulate(fmu, stop_time=0.34, step=0.01, outputs=gaps, **MODEL_EXCHANGE)
     assert run.columns(gaps).min() > -1e-5
+
+
+SAFETY_GEAR = """
+    [mechanism]
+    name = "safety_gear"
+    [coordinates]
+    y = { unit = "m", velocity = -2.0, doc = "height of the car" }
+    u = { unit = "m", start = 0.002, doc = "place of the shoe, a wedge on its slope, before its spring" }
+    s = { unit = "m", doc = "way of the wedge on the shoe" }
+    [gravity]
+    acceleration = 9.81
+    [bodies]
+    car = { mass = 500, position = [0, "y"] }
+    shoe = { mass = 5, position = ["u + 0.1", "y"] }
+    wedge = { mass = 2, position = ["0.15*s + u", "y + s"] }
+    [springs.seat]
+    stiffness = 2e6
+    elongation = "u - 0.002"
+    [dampers.seat]
+    damping = 2e3
+    rate = "u_dot"
+    [forces]
+    s = 100.0
+    [contacts.rail]
+    gap = "0.012 - 0.15*s - u"
+    slip = "y_dot + s_dot"
+    friction = 0.35
+    [stops.travel]
+    of = "s"
+    lower = 0
+    upper = 0.2
+"""
+
+
+@WAYS
+def test_a_wedge_comes_to_rest_between_rail_and_stop(way: str) -> None:
+    mechanism = read(SAFETY_GEAR, "safety_gear")
+    times = np.linspace(0.0, 0.2, 21)
+    if way == "judge":
+        speeds = integrate(mechanism, times, rtol=1e-8).trajectory.columns(["y_dot"])[:, 0]
+    else:
+        options = MODEL_EXCHANGE if way == "CVode" else CO_SIMULATION
+        speeds = lag2fmu.simulate(mechanism, stop_time=0.2, step=0.01, tolerance=1e-8, **options)["y_dot"]
+    pressed = 2e6 * (0.002 - 0.012 + 0.15 * 0.2)  # by the spring, while the stop holds the wedge
+    assert np.diff(speeds[12:]) / 0.01 == pytest.approx(0.35 * pressed / 507 - 9.81, rel=1e-6)
