@@ -126,3 +126,55 @@ def test_a_table_that_rises_meets_what_collapses_on_it(exported) -> None:
     fmu, gaps = exported(read(text, "balls")), [f"c{i}_gap" for i in balls]
     run = lag2fmu.simulate(fmu, stop_time=0.34, step=0.01, outputs=gaps, **MODEL_EXCHANGE)
     assert run.columns(gaps).min() > -1e-5
+
+
+SAFETY_GEAR = """
+    [mechanism]
+    name = "safety_gear"
+    [coordinates]
+    y = {{ unit = "m", velocity = -2.0, doc = "height of the car" }}
+    u = {{ unit = "m", start = 0.002, doc = "place of the shoe, a wedge on its slope, before its spring" }}
+    s = {{ unit = "m", doc = "way of the wedge on the shoe" }}
+    [gravity]
+    acceleration = 9.81
+    [bodies]
+    car = {{ mass = 500, position = [0, "y"] }}
+    shoe = {{ mass = 5, position = ["u + 0.1", "y"] }}
+    wedge = {{ mass = {wedge}, position = ["0.15*s + u", "y + s"] }}
+    [springs.seat]
+    stiffness = {k}
+    elongation = "u - 0.002"
+    [dampers.seat]
+    damping = {damping}
+    rate = "u_dot"
+    [forces]
+    s = 100.0
+    [contacts.rail]
+    gap = "0.012 - 0.15*s - u"
+    slip = "y_dot + s_dot"
+    friction = {friction}
+    [stops.travel]
+    of = "s"
+    lower = 0
+    upper = 0.2
+"""
+
+
+# wedge (kg), damping (N.s/m), stiffness (N/m), coefficient of friction: the impacts of the second one shrink to 1e-9 m
+GEARS = pytest.mark.parametrize("gear", [(2, 2e3, 2e6, 0.35), (8, 25.0, 2.5e6, 0.6)])
+
+
+@GEARS
+@WAYS
+def test_a_wedge_comes_to_rest_between_rail_and_stop(way: str, gear: tuple[float, ...]) -> None:
+    wedge, damping, stiffness, friction = gear
+    mechanism = read(SAFETY_GEAR.format(wedge=wedge, damping=damping, k=stiffness, friction=friction), "safety_gear")
+    times = np.linspace(0.0, 0.2, 21)
+    if way == "judge":
+        speeds = integrate(mechanism, times, rtol=1e-8).trajectory.columns(["y_dot"])[:, 0]
+    else:
+        options = MODEL_EXCHANGE if way == "CVode" else CO_SIMULATION
+        speeds = lag2fmu.simulate(mechanism, stop_time=0.2, step=0.01, tolerance=1e-8, **options)["y_dot"]
+    pressed = stiffness * (0.002 - 0.012 + 0.15 * 0.2)  # by the spring, while the stop holds the wedge
+    slows = np.diff(speeds[16:]) / 0.01
+    assert slows == pytest.approx(friction * pressed / (505 + wedge) - 9.81, rel=1e-6)

@@ -9,6 +9,7 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from lag2fmu.errors import SimulationError
 from lag2fmu.formats.loading import load
 from lag2fmu.formats.text import read
 from lag2fmu.language.vocabulary import TIME, Choice, symbol
@@ -945,3 +946,27 @@ def test_what_becomes_free_later_amplifies_errors_of_its_own() -> None:
     assert [(event.kind, round(event.time, 6)) for event in run.events] == [("closes", 0), ("opens", 1)]
     assert run.amplification[19] < 1
     assert run.amplification[-1] == pytest.approx(np.cosh(8.0), rel=0.1)
+
+
+def test_a_gap_that_has_no_value_any_more_ends_the_run_with_a_sentence() -> None:
+    hill = read(
+        """
+        [mechanism]
+        name = "hill"
+        [coordinates]
+        x = { unit = "m", start = 19.0, velocity = 5.0 }
+        y = { unit = "m", start = 20.0 }
+        [gravity]
+        acceleration = 9.81
+        [bodies.skier]
+        mass = 80
+        position = ["x", "y"]
+        [contacts.slope]
+        gap = "y - sqrt(400 - x**2)"
+        [contacts.ground]
+        gap = "y"
+        """,
+        "hill",
+    )
+    with pytest.raises(SimulationError, match=r"'hill' near time 0\.0 s: Radau cannot go on"):
+        integrate(hill, np.linspace(0.0, 0.5, 6))

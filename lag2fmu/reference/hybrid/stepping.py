@@ -92,7 +92,7 @@ class Stepper:
         solver = self._solver(piece, t, y, end, first)
         while True:
             before, at = solver.t, solver.y.copy()
-            failed = solver.step()
+            failed = _stepped(solver)
             self._count(solver, piece)
             if failed is not None or solver.status == "failed":
                 due = watch.nearly(before, at)
@@ -134,11 +134,21 @@ class Stepper:
             return y
         solver = self._solver(piece, t, y, end, end - t)
         while solver.status == "running":
-            solver.step()
+            _stepped(solver)
         self.evaluations += solver.nfev
         if solver.status == "failed":
             raise SimulationError(f"{self.method} cannot reach the event at {end!r} s")
         return np.array(solver.y)
+
+
+def _stepped(solver: Solver) -> str | None:
+    """Makes a step of ``solver``; why it cannot, as where SciPy finds no finite Jacobian matrix."""
+    try:
+        with np.errstate(all="ignore"):  # a step to values that are not finite is repeated with a shorter one
+            reason: str | None = solver.step()
+    except ValueError as error:
+        solver.status, reason = "failed", str(error)
+    return reason
 
 
 class Watch:

@@ -132,58 +132,6 @@ static double mobility(const Settling *settling, const System *system, int conta
     return moved > OBEYED * settling->delassus[ROW_PLACES[contact] * (K + 1)] ? moved : 0.0;
 }
 
-/* Closes contacts at the top of the last rebound of their cascade, which is lower than the tolerance, unless other
-   contacts have thrown them higher since. The energy of their height and velocity counts as dissipated. */
-static bool close_at_top(Settling *settling, bool *jumped) {
-    const ArenaMark mark = arena_mark(settling->instance->arena);
-    WORK(mark, double, unknowns, N_UNKNOWNS);
-    Instance *instance = settling->instance;
-    State *state = &instance->state;
-    System *system = &instance->scratch.system;
-    bool found = false, closed = false;
-    for (int i = 0; i < N_UNILATERALS; i++) {
-        found = found || at_top(settling, i);
-    }
-    if (!found) {
-        return arena_leave(mark, true);
-    }
-    const double *inputs = inputs_at(instance, state->time);
-    if (!settling_measure(settling) ||
-        !accelerations_at(instance, state->time, state->states, inputs, unknowns) ||
-        !system_factorize(instance, state->time, state->states, inputs, N_CONSTRAINTS, 0.0, system)) {
-        return arena_leave(mark, false);
-    }
-    for (int i = 0; i < N_UNILATERALS; i++) {
-        const double gap = settling->rows.positions[i], v = settling->velocity[ROW_PLACES[i]];
-        const double a = -row_acceleration(&settling->rows, i, unknowns);
-        const double up = fmax(v, 0.0), low = 2.0 * settling_least_rebound(settling, i);
-        if (!at_top(settling, i)) {
-            continue;
-        }
-        const double moves = mobility(settling, system, i);
-        state->cascading[i] = CASCADE_NONE;
-        settling->due[2 * i] = settling->due[2 * i + 1] = false;
-        if (a > 0.0 && gap + 0.5 * up * up / a <= low) {
-            state->states[DISSIPATED] += moves > 0.0 ? (a * gap + 0.5 * v * v) / moves : 0.0;
-            settling_close(settling, i);
-            state->cascading[i] = CASCADE_RESTS;
-            closed = true;
-        }
-    }
-    return arena_leave(mark, !closed || settling_move(settling, jumped));
-}
-
-bool contacts_undo_drift(Instance *instance, bool *jumped) {
-    const ArenaMark mark = arena_mark(instance->arena);
-    WORK_OF(mark, Settling, settling);
-    if (!contacts_hold(instance) || !instance->policy->stabilise) {
-        return arena_leave(mark, true);
-    }
-    memset(settling, 0, sizeof *settling);
-    settling->instance = instance;
-    return arena_leave(mark, settling_move(settling, jumped));
-}
-
 /* How far below 0 a gap that is due may be before its next event. The next impact is not as far inside as this one. But
    a gap that grows was no impact: the importer's solver is wrong by so much, and will be so again. */
 static double next_rest(const Settling *settling, int contact) {
@@ -224,6 +172,69 @@ static bool undo_overlap(Settling *settling, bool *jumped) {
         *jumped = *jumped || memcmp(states, state->states, N * sizeof(double)) != 0;
         memcpy(state->states, states, N * sizeof(double));
     }
+    return arena_leave(mark, settling_move(settling, jumped));
+}
+
+/* What an importer would not see: open gaps that others have drawn below 0 where these were closed. They are met. */
+static bool meet_overlaps(Settling *settling, bool *jumped) {
+    Instance *instance = settling->instance;
+    const State *state = &instance->state;
+    rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), &settling->rows);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        settling->due[2 * i] = settling->due[2 * i] || overlaps_unseen(settling, i);
+    }
+    return undo_overlap(settling, jumped);
+}
+
+/* Closes contacts at the top of the last rebound of their cascade, which is lower than the tolerance, unless other
+   contacts have thrown them higher since. The energy of their height and velocity counts as dissipated. */
+static bool close_at_top(Settling *settling, bool *jumped) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, double, unknowns, N_UNKNOWNS);
+    Instance *instance = settling->instance;
+    State *state = &instance->state;
+    System *system = &instance->scratch.system;
+    bool found = false, closed = false;
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        found = found || at_top(settling, i);
+    }
+    if (!found) {
+        return arena_leave(mark, true);
+    }
+    const double *inputs = inputs_at(instance, state->time);
+    if (!settling_measure(settling) ||
+        !accelerations_at(instance, state->time, state->states, inputs, unknowns) ||
+        !system_factorize(instance, state->time, state->states, inputs, N_CONSTRAINTS, 0.0, system)) {
+        return arena_leave(mark, false);
+    }
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const double gap = settling->rows.positions[i], v = settling->velocity[ROW_PLACES[i]];
+        const double a = -row_acceleration(&settling->rows, i, unknowns);
+        const double up = fmax(v, 0.0), low = 2.0 * settling_least_rebound(settling, i);
+        if (!at_top(settling, i)) {
+            continue;
+        }
+        const double moves = mobility(settling, system, i);
+        state->cascading[i] = CASCADE_NONE;
+        settling->due[2 * i] = settling->due[2 * i + 1] = false;
+        if (a > 0.0 && gap + 0.5 * up * up / a <= low) {
+            state->states[DISSIPATED] += moves > 0.0 ? (a * gap + 0.5 * v * v) / moves : 0.0;
+            settling_close(settling, i);
+            state->cascading[i] = CASCADE_RESTS;
+            closed = true;
+        }
+    }
+    return arena_leave(mark, !closed || (settling_move(settling, jumped) && meet_overlaps(settling, jumped)));
+}
+
+bool contacts_undo_drift(Instance *instance, bool *jumped) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK_OF(mark, Settling, settling);
+    if (!contacts_hold(instance) || !instance->policy->stabilise) {
+        return arena_leave(mark, true);
+    }
+    memset(settling, 0, sizeof *settling);
+    settling->instance = instance;
     return arena_leave(mark, settling_move(settling, jumped));
 }
 

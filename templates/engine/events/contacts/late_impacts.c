@@ -80,6 +80,11 @@ bool impacts_go_back(Settling *settling, double *late) {
     return arena_leave(mark, true);
 }
 
+bool overlaps_unseen(const Settling *settling, int contact) {
+    const double least = -0.5 * HYSTERESIS * row_size(&settling->rows, contact);
+    return !contact_closed(&settling->instance->state, contact) && settling->rows.positions[contact] < least;
+}
+
 /* Notes as due the open gaps below 0, which the importer would not see close, and nothing else. Returns whether there
    are any. */
 static bool find_overlaps(Settling *settling) {
@@ -89,8 +94,7 @@ static bool find_overlaps(Settling *settling) {
     rows_evaluate(instance, state->time, state->states, inputs_at(instance, state->time), &settling->rows);
     memset(settling->due, 0, sizeof settling->due);
     for (int i = 0; i < N_UNILATERALS; i++) {
-        const double least = -0.5 * HYSTERESIS * row_size(&settling->rows, i);
-        settling->due[2 * i] = !contact_closed(state, i) && settling->rows.positions[i] < least;
+        settling->due[2 * i] = overlaps_unseen(settling, i);
         found = found || settling->due[2 * i];
     }
     return found;

@@ -14,6 +14,9 @@ bool impacts_go_back(Settling *settling, double *late);
    else 0. */
 double impact_overlap(const Settling *settling, int contact);
 
+/* Is the gap of an open contact below 0, so that the importer would not see it close? */
+bool overlaps_unseen(const Settling *settling, int contact);
+
 /* Lets the instance move on by the time late (s) at the velocities and accelerations of after the impact. The states
    stay where they are if another gap would be overlapped there. *met: a surface that has moved on overlaps even so; its
    gaps alone are due then. */

@@ -39,7 +39,8 @@ static double kept_up_rebound(const Settling *settling, int contact) {
    A contact that the impact of another one lifts begins a cascade too, as the edges of a rocking block do, which at
    last lift each other without end. If it closed at once, a pull would stop it, and friction would not count the pull.
    Without a restitution of its own it comes down to rest, so that a lift below the tolerance is enough; with one it
-   rebounds, and the lift has to be less than is seen.
+   rebounds, and the lift has to be less than is seen. A lift to a gap that counts as closed ends at once: inside the
+   hysteresis of an indicator the next impact gains as much speed as the one before.
    Impacts with a restitution of 1 do not accumulate. Such a contact closes at the top of a rebound if its gap is that
    of a closed one all the time: of thousands of impacts a millisecond nothing would be seen. */
 static void begin_cascades(Settling *settling) {
@@ -47,7 +48,7 @@ static void begin_cascades(Settling *settling) {
     /* The height up to which a lift is not seen: rounding of the gap, or in model exchange the hysteresis of the
        indicator, inside of which each impact is found. A contact that rises less closes at once. */
     const double unseen = settling->instance->policy->integrate ? DBL_EPSILON : 2.0 * HYSTERESIS;
-    const double closed = fmax(unseen, AT_REST);
+    const double closed = fmax(unseen, AT_REST), lowest_seen = fmin(unseen, AT_REST);
     bool struck = false;
     for (int i = 0; i < N_UNILATERALS; i++) {
         struck = struck || settling->rebounds[i];
@@ -62,7 +63,7 @@ static void begin_cascades(Settling *settling) {
         const double lowest = bounces ? fmax(fmax(seen, kept_up), -settling->rows.positions[i]) : seen;
         const bool lifted = struck && settling->touching[i];
         const bool closes = kept_up > 0.0 && v * v <= -2.0 * a * kept_up;
-        const bool seen_rising = bounces || v * v > -2.0 * a * DBL_EPSILON * row_size(&settling->rows, i);
+        const bool seen_rising = bounces || v * v > -2.0 * a * lowest_seen * row_size(&settling->rows, i);
         const bool rises = !closes && seen_rising;
         const double rise = e < 1.0 ? lowest : closed * row_size(&settling->rows, i);
         if ((bounces || lifted) && settling->row[k].law == ROW_FREE && a < 0.0 && v * v <= -2.0 * a * rise) {
