@@ -16,7 +16,7 @@ from lag2fmu.graph.operations import KINKS, OPERATIONS
 
 Partials = tuple[Node, ...]
 Derivative = Callable[[Graph, tuple[Node, ...], Node], Partials]
-_LEAST = 1e-37
+LEAST = 1e-37
 """Instead of a base of 0 in a logarithm that is multiplied by the power of this base, which is 0; float holds it, too.
 That of a negative base is the one of its absolute value: whole powers have values there, and their rates count as 0."""
 
@@ -90,7 +90,7 @@ def _d_power(g: Graph, operands: tuple[Node, ...], result: Node) -> Partials:
     if g.is_constant(exponent):
         return by_base, g.zero
     size = g.apply("passed", g.apply("abs", g.apply("passed", base)))
-    return by_base, g.multiply(result, g.apply("log", g.apply("max", size, g.constant(_LEAST))))
+    return by_base, g.multiply(result, g.apply("log", g.apply("max", size, g.constant(LEAST))))
 
 
 def _d_power_or_zero(g: Graph, operands: tuple[Node, ...], _: Node) -> Partials:

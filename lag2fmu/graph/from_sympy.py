@@ -11,6 +11,7 @@ from functools import partial, reduce
 import sympy as sp
 
 from lag2fmu.errors import DerivationError
+from lag2fmu.graph.derivatives import LEAST
 from lag2fmu.graph.graph import Graph, Node
 from lag2fmu.graph.operations import KINKS, LOOKUP, LOOKUP_2, OPERATIONS, ROOTS, SYMBOL
 from lag2fmu.language.definitions import calls
@@ -48,9 +49,6 @@ _PARTLY_DEFINED = {
     "power": (0, 1),
 }
 """Operations that have no finite value or derivative everywhere: (an operand, one of its values where they have)."""
-
-_LEAST = Fraction(1, 10**37)
-"""The least operand of a logarithm, a number that float holds, too."""
 
 _WHOLE = 1e-9
 """An exponent is whole where the square of the sine of pi times it is less."""
@@ -179,7 +177,7 @@ class Translator:
         if name not in ("log", "asin", "acos"):
             return operand
         nearest, inside = g.apply("passed", operand), g.apply("passed", margin)
-        nearest = g.apply("max", nearest, g.constant(_LEAST if name == "log" else -1))
+        nearest = g.apply("max", nearest, g.constant(LEAST if name == "log" else -1))
         if name != "log":
             nearest = g.apply("min", g.apply("passed", nearest), g.one)
         return g.choose(inside, *((operand, nearest) if which == 0 else (nearest, operand)))

@@ -157,7 +157,7 @@ def _own_calls(expressions: Iterable[sp.Expr]) -> list[Defined]:
 
 @lru_cache(maxsize=1 << 8)
 def _steps_of(call: Defined) -> tuple[list[tuple[sp.Symbol, sp.Expr]], list[sp.Expr]]:
-    """``call`` separated: it is evaluated at many values."""
+    """``separated`` of one ``call``, kept, for a call is evaluated at many values."""
     return separated([call])
 
 

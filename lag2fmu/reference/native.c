@@ -112,7 +112,7 @@ static void inertia(const double row[], const double p[], const double unit[N], 
     for (int i = 0; i < N; i++) {
         for (int j = i + 1; j < N; j++) {
             matrix[i][j] = matrix[j][i] = 0.0;
-            if (M == 0 && !MEETS[i][j]) { /* rounding there tells redundant forces which of equal ways they take */
+            if (M == 0 && !MEETS[i][j]) { /* elsewhere rounding chooses among the ways of redundant forces */
                 continue;
             }
             const Z both = kinetic(moved, p, i, unit[i], j, unit[j]);

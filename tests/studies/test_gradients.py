@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy as sp
 from scipy.integrate import solve_ivp
 
 import lag2fmu
@@ -242,6 +243,21 @@ def test_a_ball_that_begins_to_roll_is_followed_through_the_end_of_its_slip(tole
         ball, over=["x_dot", "y_dot", "a_dot", "mu"], outputs=["x", "y"], stop_time=t, step=t, tolerance=tolerance
     )
     np.testing.assert_allclose(found.derivatives[-1], expected, atol=1e-9)
+
+
+def test_a_latch_keeps_its_place_where_a_friction_comes_to_rest() -> None:
+    """Masses move at 1 m/s, are hooked as they are at 0.1 s, and a dry friction stops both: their distance stays."""
+    x, y, clock = coordinate("x", "m", velocity=1.0), coordinate("y", "m", start=0.5, velocity=1.0), sp.Symbol("t")
+    pair = Mechanism(
+        "stopped", coordinates=[x, y], bodies=[Body("left", 1, (x, 0)), Body("right", 3, (y, 1))],
+        constraints=[Constraint("hook", y - x, while_=clock - 0.1)], frictions=[Friction("brake", x.dot, 8.0)],
+    )  # fmt: skip
+    for over, expected in (("x", [1.0, 0.0]), ("y", [0.0, 1.0])):
+        run = lag2fmu.sensitivities(pair, over=[over], outputs=["x", "y", "x_dot"], stop_time=1.0, step=1.0)
+        assert run["x_dot"][-1] == 0
+        np.testing.assert_allclose(run.derivatives[-1, :2, 0], expected, atol=1e-9)
+    back = lag2fmu.gradient(pair, "x + 2*y", over=["x", "y"], stop_time=1.0)
+    np.testing.assert_allclose(back.derivatives, [1.0, 2.0], atol=1e-9)
 
 
 def test_what_is_held_at_the_start_shares_momentum() -> None:

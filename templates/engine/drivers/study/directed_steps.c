@@ -31,6 +31,7 @@ static bool finish_directions(void *of, Step tried, Step step) {
     const Scratch *scratch = &variations->study.instance.scratch;
     double error = 0.0;
     if (step.end != tried.end && (!follow_motion(of, step, &error) || !(error <= 1.0))) {
+        variations->study.instance.state.event_pending = 0;
         return false;
     }
     if ((N_CONSTRAINTS == 0 && directions_have_slope()) || !(step.length > 0.0)) {

@@ -214,6 +214,14 @@ static bool continuous(const Variations *variations) {
     return still;
 }
 
+/* What the event sets anew, as the first direction of a slip, is constant. Places that latches go on holding stay. */
+static void keep_masks(const Variations *variations, Seed *seed) {
+    const State *before = &variations->before.state, *after = &variations->study.instance.state;
+    for (int i = 0; i < N_MASKS; i++) {
+        seed->parameters[i] = after->parameters[i] == before->parameters[i] ? seed->parameters[i] : 0.0;
+    }
+}
+
 /* Sets the seed of one direction to S after the event, and to the derivatives of the places that latches remember. k is
    the event function that failures name. */
 static bool jump(Variations *variations, Direction *direction, int k) {
@@ -229,7 +237,7 @@ static bool jump(Variations *variations, Direction *direction, int k) {
         direction->seed.states[i] = way.states[i] - after[i] * direction->shift;
     }
     if (continuous(variations)) {
-        memset(direction->seed.parameters, 0, N_MASKS * sizeof(double));
+        keep_masks(variations, &direction->seed);
         return arena_leave(mark, true);
     }
     for (; !known && way.width > NARROWEST; way.width *= 0.1) {
