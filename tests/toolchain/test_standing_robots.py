@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lag2fmu import export, load, start
+from lag2fmu import export, load, simulate, start
 
 pytestmark = pytest.mark.toolchain
 
@@ -73,3 +73,17 @@ def test_a_robot_stands_still_and_its_feet_bear_its_weight(name: str, solver: st
             sim.step(1e-3, dict(zip(torques, torque, strict=True)))
         assert sim[forces].sum() == pytest.approx(mass * 9.81, rel=1e-9)
     assert np.ptp(stood, axis=0).max() < 1e-9
+
+
+def test_feet_of_a_robot_that_folds_give_way_one_after_the_other(tmp_path: Path) -> None:
+    """Two feet of A1 slip slowly when the third reaches its limit: the forces that decide are those of the motion."""
+    try:
+        files = importlib.metadata.files("example-robot-data") or []
+    except importlib.metadata.PackageNotFoundError:
+        pytest.skip("the package example-robot-data is not installed; 'make test-all' does so")
+    path = next(Path(str(file.locate())) for file in files if file.name == "a1.urdf")
+    feet = "FL_foot,FR_foot,RL_foot,RR_foot"
+    fmu = export(load(path, {"base": "floating", "ground": feet}), tmp_path / "a1.fmu")
+    coarse, fine = (simulate(fmu, stop_time=0.2, step=0.01, tolerance=tolerance) for tolerance in (1e-6, 1e-9))
+    assert float(fine["base_z"][-1]) < 0.2  # it has come down from 0.34 m
+    assert coarse.values == pytest.approx(fine.values, rel=1e-3, abs=1e-4)

@@ -178,6 +178,31 @@ static bool limits_stay(const Settling *settling, const Limits *limits) {
     return arena_leave(mark, change <= SOLVED * greatest);
 }
 
+/* Turns of friction that looks ahead: each changes the forces that it looks at, the less the shorter it looks. The
+   directions of the last turn are as good as any where they do not settle. */
+enum { MOST_LEADS = 40 };
+
+/* Solves the laws of the rows, in which the friction of slow slips is against where these are led. */
+static bool solve_looking_ahead(Settling *settling, const Problem *problem) {
+    const ArenaMark mark = arena_mark(settling->instance->arena);
+    WORK(mark, double, answer, K);
+    WORK(mark, double, x, K);
+    WORK_OF(mark, Repetition, last);
+    memset(last, 0, sizeof *last);
+    bool solved = complementarity_solve(problem, settling->lambda, settling->w);
+    for (int i = 0; i < MOST_LEADS && solved && settling_lead(settling, answer); i++) {
+        for (int k = 0; k < K; k++) {
+            x[k] = answer[k] != 0.0 ? settling->row[k].value : 0.0;
+        }
+        proceed(last, answer, i > 0, x);
+        for (int k = 0; k < K; k++) {
+            settling->row[k].value = answer[k] != 0.0 ? x[k] : settling->row[k].value;
+        }
+        solved = complementarity_solve(problem, settling->lambda, settling->w);
+    }
+    return arena_leave(mark, solved);
+}
+
 /* Finds lambda and w of all rows, and determined[] unless it is NULL. Returns false if no forces obey the laws. */
 static bool solve_settled_laws(Settling *settling, bool determined[]) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
@@ -194,7 +219,7 @@ static bool solve_settled_laws(Settling *settling, bool determined[]) {
     for (int i = 0; i < MOST_REPETITIONS; i++) {
         friction_limits(settling, multipliers, limits);
         set_rows(settling, limits->force, limits->capacity);
-        if (!complementarity_solve(&problem, settling->lambda, settling->w)) {
+        if (!solve_looking_ahead(settling, &problem)) {
             return arena_leave(mark, false);
         }
         if (limits_stay(settling, limits)) {

@@ -1,9 +1,11 @@
 /* How slips begin, and how slips in space come to rest. A slip in space has a direction; where it is slow, errors of
    the states decide on the direction. */
 #include <math.h>
+#include <string.h>
 
 #include "contacts.h"
 #include "inputs.h"
+#include "scale.h"
 #include "settings.h"
 #include "settling.h"
 
@@ -171,6 +173,40 @@ void settling_slip_direction(const Settling *settling, int contact, double direc
         const double slip = settling_slip_velocity(settling, contact, first + i);
         direction[i] = steady > 0.0 ? slip + steady * along[i] / length : slip;
     }
+}
+
+/* direction[2]: to where the slip of a contact is led, by the forces that were found. */
+static void lead(const Settling *settling, int contact, double direction[]) {
+    const Outlook outlook = contact_outlook(&settling->instance->state, contact);
+    for (int i = 0; i < 2; i++) {
+        const int row = SLIP_ROWS[contact] + i, k = ROW_PLACES[row];
+        direction[i] = settling_slip_velocity(settling, contact, row) + outlook.tau * settling->w[k] -
+                       outlook.kappa * settling->lambda[k];
+    }
+    const double length = hypot(direction[0], direction[1]);
+    for (int i = 0; i < 2; i++) {
+        direction[i] = length > 0.0 ? direction[i] / length : settling->row[ROW_PLACES[SLIP_ROWS[contact] + i]].value;
+    }
+}
+
+bool settling_lead(const Settling *settling, double directions[]) {
+    bool turned = false;
+    memset(directions, 0, K * sizeof *directions);
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const int k = ROW_PLACES[SLIP_ROWS[i]];
+        const bool looks = contact_slips(i) == 2 && contact_outlook(&settling->instance->state, i).tau > 0.0;
+        double direction[2];
+        if (!looks || settling->row[k].law != ROW_SLIDING || !goes_on(settling, i)) {
+            continue;
+        }
+        lead(settling, i, direction);
+        for (int j = 0; j < 2; j++) {
+            const int place = ROW_PLACES[SLIP_ROWS[i] + j];
+            directions[place] = direction[j];
+            turned = turned || fabs(direction[j] - settling->row[place].value) > OBEYED;
+        }
+    }
+    return turned;
 }
 
 /* An importer's solver begins anew where a slip in space has become faster by this factor. Friction turns a slip the
