@@ -657,3 +657,33 @@ def test_a_slip_that_turns_round_before_it_shows_goes_on() -> None:
     times = np.linspace(0, 0.2, 21)
     run = integrate(read(IDLE, "idle.toml"), times).trajectory
     assert run["p3_dot"] == pytest.approx(2e-8 + 5 / 0.3 * (1 - np.cos(2 * times)) / 2, rel=1e-9)
+
+
+HOOP = """
+[mechanism]
+name = "hopping_hoop"
+[coordinates]
+x = { unit = "m" }
+y = { unit = "m", start = 1.0 }
+a = { unit = "rad", start = 0.01 }
+[bodies]
+hoop = { mass = 0.02, inertia = 0.02, position = ["x", "y"], angle = "a" }
+lump = { mass = 1, position = ["x + sin(a)", "y + cos(a)"] }
+[gravity]
+acceleration = 9.81
+[contacts.floor]
+kind = "disc_line"
+between = ["hoop", "world"]
+normal = "y"
+radius = 1
+friction = 1
+[experiment]
+stop_time = 1
+"""
+"""A light hoop with a heavy rim slides: where its lump is down, friction presses it, and stops it at 6e7 m/s2."""
+
+
+def test_a_slip_that_ends_at_a_great_deceleration_is_no_jump(exported) -> None:
+    """Within 9e-13 s, which is between the two sides of the event, such a velocity changes by 5e-5 m/s."""
+    report = validate(exported(read(HOOP, "hopping_hoop")))
+    assert report.outcome == "ok", str(report)

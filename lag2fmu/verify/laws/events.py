@@ -58,7 +58,9 @@ def _jumps(a: Along, events: list[EventSides], accuracy: Accuracy) -> Iterator[R
     bears = a.forces[: a.e.u] > 0
     loose = (bears[:, at + 1] & ~bears[:, at]).any(axis=0) | any(len(rows) > 1 for rows in a.e.slip_rows)
     bars = np.where(loose, fastest * accuracy.motion, size * accuracy.states)
-    bars = bars + accuracy.step * np.abs(a.qdd[:, at + 1] - a.qdd[:, at]) + _ended(a, at, accuracy)
+    # modes may change anywhere between the two sides
+    between = accuracy.step + a.time[at + 1] - a.time[at]
+    bars = bars + between * np.abs(a.qdd[:, at + 1] - a.qdd[:, at]) + _ended(a, at, accuracy)
     bars = bars + np.transpose(
         [_left_of_slips(a, event, SLIP_LEFT * accuracy.states * fastest[:, 0]) for event in events]
     )
