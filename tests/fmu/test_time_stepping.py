@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy
+from fmpy.fmi1 import FMICallException
 from stepping import Stepping
 
 from lag2fmu import simulate
@@ -725,3 +726,46 @@ def test_an_impact_has_the_friction_of_the_velocity_before_it(exported) -> None:
     path = exported(FALLING_FRICTION, solver="moreau").path
     run = simulate(path, stop_time=stop, step=stop, values={"solver_step": 1e-3 * fall})
     assert 2.0 - run["x_dot"][-1] == pytest.approx(0.5 * np.exp(-2.0) * G * fall, rel=5e-3)
+
+
+def test_friction_that_becomes_negative_is_refused(exported) -> None:
+    """A negative coefficient would drive what slides, and its energy would grow."""
+    fmu = exported(load("sliding_sphere"), solver="moreau")
+    with Stepping(fmu.path) as sphere:
+        sphere.start().step(0.1)
+        sphere.set({"mu": -1.0})
+        with pytest.raises(FMICallException):
+            sphere.step(0.1)
+        assert "coefficient of friction of table is -1; expected 0 or more" in sphere.log[-1][2]
+
+
+def test_a_static_friction_below_the_sliding_one_counts_as_that(exported) -> None:
+    """As with located events: a block on an incline that 0.5 holds and 0.1 would not stays there."""
+    mechanism = read(
+        f"""
+        [mechanism]
+        name = "held_block"
+        [parameters]
+        g = {{ value = {G}, unit = "m/s2" }}
+        mu_s = {{ value = 0.6 }}
+        [coordinates]
+        x = {{ unit = "m" }}
+        y = {{ unit = "m" }}
+        [gravity]
+        acceleration = "g"
+        direction = ["sin({ANGLE})", "-cos({ANGLE})"]
+        [bodies]
+        block = {{ mass = 1, position = ["x", "y"] }}
+        [contacts.floor]
+        gap = "y"
+        slip = "x_dot"
+        friction = 0.5
+        static_friction = "mu_s"
+        """,
+        "held_block",
+    )
+    with Stepping(exported(mechanism, solver="moreau").path) as fmu:
+        fmu.start().step(0.1)
+        fmu.set({"mu_s": 0.1})
+        fmu.steps(10, 0.1)
+        assert fmu.get(["x", "floor_friction"]) == pytest.approx([0.0, -G * np.sin(ANGLE)], abs=1e-13)

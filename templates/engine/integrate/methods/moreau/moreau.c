@@ -132,8 +132,8 @@ static bool solve_step_velocities(Instance *instance, double time, double length
         if (pass > 0) {
             stepped_force(instance, time, middle);
             stepped_accelerate(instance, rows->accelerations);
-            if (VELOCITY_FRICTION && !collides(instance)) {
-                step_coefficients(instance, time, middle);
+            if (VELOCITY_FRICTION && !collides(instance) && !step_coefficients(instance, time, middle)) {
+                return false;
             }
         }
         if (!step_impulses(instance, time, middle, length)) {

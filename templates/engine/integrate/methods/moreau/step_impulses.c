@@ -168,7 +168,8 @@ static bool find_dry(Instance *instance, double time, const double states[], dou
     mechanism_friction(time, states, inputs_at(instance, time), instance->state.parameters, unknowns, along, sliding,
                        holding);
     for (int i = 0; i < N_FRICTIONS; i++) {
-        const double force = fmax(friction_sticks(&instance->state, i) ? holding[i] : sliding[i], 0.0);
+        const double held = friction_sticks(&instance->state, i) ? holding[i] : 0.0;
+        const double force = fmax(fmax(held, sliding[i]), 0.0);
         same = same && fabs(force - scratch->dry[i]) <= MET * fmax(force, scratch->dry[i]);
         scratch->dry[i] = force;
     }
@@ -296,16 +297,20 @@ static bool find_rebounds(Instance *instance, double time, const double states[]
     return arena_leave(mark, true);
 }
 
-void step_coefficients(Instance *instance, double time, const double states[]) {
+bool step_coefficients(Instance *instance, double time, const double states[]) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, holding, SIZE_UNILATERALS);
     SolverScratch *scratch = &instance->scratch.solver;
     const State *state = &instance->state;
     mechanism_contacts(time, states, inputs_at(instance, time), state->parameters, scratch->friction, holding);
     for (int c = 0; c < N_UNILATERALS; c++) {
-        scratch->friction[c] = contact_sticks(state, c) ? holding[c] : scratch->friction[c];
+        const double friction = scratch->friction[c];
+        if (scratch->active[CONTACT_ROWS[c]] && !coefficient_rubs(friction)) {
+            return arena_leave(mark, report_constraint(instance, FAILURE_FRICTION, time, ROW_PLACES[c], friction));
+        }
+        scratch->friction[c] = fmax(contact_sticks(state, c) ? fmax(holding[c], friction) : friction, 0.0);
     }
-    arena_release(mark);
+    return arena_leave(mark, true);
 }
 
 /* Solves all laws at once, with `part` times each coefficient of restitution. */
@@ -388,8 +393,7 @@ bool step_begin(Instance *instance, double time, const double states[], double l
         scratch->impulses[row] = length * instance->state.solver.forces[row];
     }
     memset(scratch->dry, 0, sizeof scratch->dry);
-    step_coefficients(instance, time, states);
-    if (!find_rebounds(instance, time, states, length)) {
+    if (!step_coefficients(instance, time, states) || !find_rebounds(instance, time, states, length)) {
         return false;
     }
     find_dry(instance, time, states, length);

@@ -18,8 +18,9 @@ void undo_chosen(Instance *instance, const double needs[], double pushes[], doub
    and 1. */
 bool step_begin(Instance *instance, double time, const double states[], double length);
 
-/* Finds coefficients of friction. */
-void step_coefficients(Instance *instance, double time, const double states[]);
+/* Finds coefficients of friction. Returns false, with instance->failure, if one of a contact that touches is
+   negative. */
+bool step_coefficients(Instance *instance, double time, const double states[]);
 
 /* Finds the impulses and the velocities after, in scratch.solver, for the accelerations there. Returns false, with
    instance->failure, if there is no solution. */
