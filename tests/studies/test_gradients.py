@@ -11,7 +11,18 @@ from scipy.integrate import solve_ivp
 
 import lag2fmu
 from lag2fmu.errors import ExpressionError, Lag2FmuError, LoadError, SimulationError
-from lag2fmu.mechanism import Body, Constraint, Contact, Energy, Friction, Mechanism, Spring, coordinate, parameter
+from lag2fmu.mechanism import (
+    Body,
+    Constraint,
+    Contact,
+    Energy,
+    Friction,
+    Input,
+    Mechanism,
+    Spring,
+    coordinate,
+    parameter,
+)
 from lag2fmu.studies.library import INPUT, PARAMETERS, STATES, compiled
 from lag2fmu.studies.requests import scale_of
 from lag2fmu.studies.sensitivities import directed_run
@@ -258,6 +269,25 @@ def test_a_latch_keeps_its_place_where_a_friction_comes_to_rest() -> None:
         np.testing.assert_allclose(run.derivatives[-1, :2, 0], expected, atol=1e-9)
     back = lag2fmu.gradient(pair, "x + 2*y", over=["x", "y"], stop_time=1.0)
     np.testing.assert_allclose(back.derivatives, [1.0, 2.0], atol=1e-9)
+
+
+@pytest.mark.parametrize("hold", ["hold", "t"])
+def test_a_latch_catches_where_an_input_jumps(hold: str) -> None:
+    """A force F pulls 1 kg from rest, and 2 kg pass at 1 m/s; at 1 s both are hooked as they are.
+
+    By F the places are 1/2 and 0 there, and the velocities 1 and 0, of which both keep 1/3; the force goes on.
+    """
+    force, x, y = parameter("F", 0.5, "N"), coordinate("x", "m"), coordinate("y", "m", velocity=1.0)
+    condition = sp.Symbol("hold") - 0.5 if hold == "hold" else sp.Symbol("t") - 1.0
+    pair = Mechanism(
+        "caught", coordinates=[x, y], bodies=[Body("left", 1, (x, 0)), Body("right", 2, (y, 1))], parameters=[force],
+        inputs=[Input("hold")], forces={x: force}, constraints=[Constraint("hook", y - x, while_=condition)],
+    )  # fmt: skip
+    signals = {"time": [0.0, 1.0, 2.0], "hold": [0.0, 1.0, 1.0]}
+    asked: dict[str, Any] = {"over": ["F"], "stop_time": 2.0, "inputs": signals, "hold": True}
+    run = lag2fmu.sensitivities(pair, outputs=["x", "y", "x_dot"], step=1.0, **asked)
+    np.testing.assert_allclose(run.derivatives[-1, :, 0], [1.0, 0.5, 2.0 / 3.0], atol=1e-9)
+    np.testing.assert_allclose(lag2fmu.gradient(pair, "x + 4*y", **asked).derivatives, [3.0], atol=1e-9)
 
 
 def test_what_is_held_at_the_start_shares_momentum() -> None:

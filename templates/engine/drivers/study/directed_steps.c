@@ -70,7 +70,7 @@ static bool pass_with_motion(void *of) {
     return directions_pass(of);
 }
 
-bool directions_begin_stretch(Variations *variations, double end) {
+bool directions_begin_stretch(Variations *variations, double end, const Companion *with) {
     Instance *instance = &variations->study.instance;
     instance->failure.kind = FAILURE_NONE;
     instance->scratch.step_end = end;
@@ -80,6 +80,9 @@ bool directions_begin_stretch(Variations *variations, double end) {
     for (int d = 0; d < variations->count; d++) {
         Direction *direction = &variations->directions[d];
         memcpy(direction->seed.states, direction->states, sizeof direction->states);
+    }
+    if (ENDS_AT_EVENTS && directions_due(variations) && !with->pass(with->of)) {
+        return false;
     }
     return (!ENDS_AT_EVENTS || events_begin(instance)) && update_first_stage(instance) &&
            directions_settle(variations);
@@ -98,5 +101,5 @@ bool directions_step(Variations *variations, double end, const Companion *with) 
 bool directions_integrate(Variations *variations, double end) {
     const Companion derivatives = {variations, follow_motion, finish_directions, accept_directions,
                                    pass_with_motion};
-    return directions_begin_stretch(variations, end) && directions_step(variations, end, &derivatives);
+    return directions_begin_stretch(variations, end, &derivatives) && directions_step(variations, end, &derivatives);
 }

@@ -66,6 +66,9 @@ double direction_rounding(Variations *variations, const Direction *direction);
 /* Passes the event at the present point: S jumps (jumps.c). */
 bool directions_pass(Variations *variations);
 
+/* Do inputs that changed make states jump, or a latch catch? It is not passed yet. */
+bool directions_due(Variations *variations);
+
 /* Steps to the end (s), with samples at the times asked for; those at the end are left. */
 bool directions_integrate(Variations *variations, double end);
 
@@ -76,8 +79,8 @@ bool study_stretches(Variations *variations, bool (*integrate)(Variations *varia
 /* The start and how it answers to the directions; then the modes that hold there. */
 bool directions_begin(Variations *variations);
 
-/* At the beginning of a stretch, to the end (s). */
-bool directions_begin_stretch(Variations *variations, double end);
+/* At the beginning of a stretch, to the end (s). `with` passes the events that changed inputs have made due. */
+bool directions_begin_stretch(Variations *variations, double end, const Companion *with);
 
 /* In the solver's steps to that end (s), which `with` goes through too. */
 bool directions_step(Variations *variations, double end, const Companion *with);

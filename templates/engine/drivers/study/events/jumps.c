@@ -101,11 +101,17 @@ static bool look_along(Variations *variations, const Way *way, double by, double
     return events_evaluate(&variations->probe, state->time, state->states, values);
 }
 
+/* Passes the event to which a step has come, or which changed inputs make. */
+static bool pass_or_refresh(Instance *instance) {
+    bool jumped;
+    return instance->state.modes_settled ? events_pass(instance) : events_refresh(instance, &jumped);
+}
+
 /* result[N_JUMPING]: what the event leads to at the length `by` along a way. False: other modes follow there. */
 static bool pass_beside(Variations *variations, const Way *way, double by, double result[]) {
     const State *after = &variations->study.instance.state, *state = &variations->probe.state;
     move_probe(variations, way, by);
-    if (!events_pass(&variations->probe) || memcmp(state->modes, after->modes, sizeof state->modes) != 0 ||
+    if (!pass_or_refresh(&variations->probe) || memcmp(state->modes, after->modes, sizeof state->modes) != 0 ||
         memcmp(state->parameters + N_MASKS, after->parameters + N_MASKS, N_SWITCHES * sizeof(double)) != 0) {
         return false;
     }
@@ -204,8 +210,7 @@ static bool find_shifts(Variations *variations) {
 /* Do the states go on without a jump, and does no latch remember a new place? Then it makes no difference if modes are
    decided otherwise beside the motion, as that of a contact whose force has come down to 0. The direction in which a
    slip in space begins counts for an instant only: soon the slip has one by itself. */
-static bool continuous(const Variations *variations) {
-    const State *before = &variations->before.state, *after = &variations->study.instance.state;
+static bool continuous(const State *before, const State *after) {
     bool still = !contacts_catch(before, after);
     for (int i = 0; i < N_STATES; i++) {
         const double size = fabs(before->states[i]) + NOMINAL_STATES[i];
@@ -236,7 +241,7 @@ static bool jump(Variations *variations, Direction *direction, int k) {
         way.states[i] = direction->states[i] + before[i] * direction->shift;
         direction->seed.states[i] = way.states[i] - after[i] * direction->shift;
     }
-    if (continuous(variations)) {
+    if (continuous(&variations->before.state, &variations->study.instance.state)) {
         keep_masks(variations, &direction->seed);
         return arena_leave(mark, true);
     }
@@ -255,6 +260,24 @@ static bool jump(Variations *variations, Direction *direction, int k) {
     return arena_leave(mark, true);
 }
 
+bool directions_due(Variations *variations) {
+    Instance *instance = &variations->study.instance, *probe = &variations->probe;
+    bool jumped;
+    if (instance->state.modes_settled) {
+        return false;
+    }
+    *probe = *instance;
+    return events_refresh(probe, &jumped) && !continuous(&instance->state, &probe->state);
+}
+
+/* Where no step has come to the event, inputs have changed, at a time that stays. */
+static bool place_event(Variations *variations) {
+    for (int d = 0; d < variations->count; d++) {
+        variations->directions[d].shift = 0.0;
+    }
+    return !variations->before.state.event_pending || find_shifts(variations);
+}
+
 bool directions_pass(Variations *variations) {
     Instance *instance = &variations->study.instance;
     variations->before = *instance;
@@ -263,7 +286,7 @@ bool directions_pass(Variations *variations) {
     while (k < N_EVENTS - 1 && !before->due[k]) {
         k++;
     }
-    if (!find_shifts(variations) || !events_pass(instance) || !update_first_stage(instance)) {
+    if (!place_event(variations) || !pass_or_refresh(instance) || !update_first_stage(instance)) {
         return false;
     }
     for (int d = 0; d < variations->count; d++) {

@@ -268,7 +268,7 @@ static bool record_event(void *of) {
 static bool record_stretch(Variations *variations, double end) {
     Tape *tape = variations->tape;
     const Companion recorder = {tape, follow_nothing, finish_nothing, record_step, record_event};
-    return directions_begin_stretch(variations, end) && add_kept(tape, ENTRY_STRETCH) != NULL &&
+    return directions_begin_stretch(variations, end, &recorder) && add_kept(tape, ENTRY_STRETCH) != NULL &&
            directions_step(variations, end, &recorder);
 }
 
