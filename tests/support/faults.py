@@ -167,8 +167,8 @@ STEPPED = (
         "steps rub 10 % too much",
         "disc",
         _COEFFICIENTS,
-        "contact_sticks(state, c) ? holding[c] : scratch->friction[c];",
-        "1.1 * (contact_sticks(state, c) ? holding[c] : scratch->friction[c]);",
+        "scratch->friction[c] = fmax(contact_sticks(state, c)",
+        "scratch->friction[c] = 1.1 * fmax(contact_sticks(state, c)",
     ),
     Fault(
         "steps do not dissipate the energy of impacts",
