@@ -193,10 +193,9 @@ bool settling_lead(const Settling *settling, double directions[]) {
     bool turned = false;
     memset(directions, 0, K * sizeof *directions);
     for (int i = 0; i < N_UNILATERALS; i++) {
-        const int k = ROW_PLACES[SLIP_ROWS[i]];
         const bool looks = contact_slips(i) == 2 && contact_outlook(&settling->instance->state, i).tau > 0.0;
         double direction[2];
-        if (!looks || settling->row[k].law != ROW_SLIDING || !goes_on(settling, i)) {
+        if (!looks || settling->row[ROW_PLACES[SLIP_ROWS[i]]].law != ROW_SLIDING || !goes_on(settling, i)) {
             continue;
         }
         lead(settling, i, direction);
