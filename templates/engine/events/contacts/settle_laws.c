@@ -178,26 +178,46 @@ static bool limits_stay(const Settling *settling, const Limits *limits) {
     return arena_leave(mark, change <= SOLVED * greatest);
 }
 
-/* Turns of friction that looks ahead: each changes the forces that it looks at, the less the shorter it looks. The
-   directions of the last turn are as good as any where they do not settle. */
+/* Bound of the solutions of one problem, each with friction that looks ahead to the forces of the one before. */
 enum { MOST_LEADS = 40 };
 
-/* Solves the laws of the rows, in which the friction of slow slips is against where these are led. */
+/* The present directions of the slips that are led: x[K], 0 in other rows. */
+static void find_directions(const Settling *settling, const bool led[], double x[]) {
+    memset(x, 0, K * sizeof *x);
+    for (int row = FIRST_SLIP; row < FIRST_FRICTION; row++) {
+        const int k = ROW_PLACES[row];
+        x[k] = led[k] ? settling->row[k].value : 0.0;
+    }
+}
+
+/* Directs the slips that are led along x[K], of any length but 0. */
+static void direct(Settling *settling, const bool led[], const double x[]) {
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        double length = 0.0;
+        for (int row = SLIP_ROWS[i]; row < SLIP_ROWS[i + 1]; row++) {
+            length = led[ROW_PLACES[row]] ? hypot(length, x[ROW_PLACES[row]]) : 0.0;
+        }
+        for (int row = SLIP_ROWS[i]; row < SLIP_ROWS[i + 1] && length > 0.0; row++) {
+            settling->row[ROW_PLACES[row]].value = x[ROW_PLACES[row]] / length;
+        }
+    }
+}
+
+/* Solves the laws of the rows. A slow slip in space is led by its forces: friction turns the direction, and the
+   direction turns the friction, until both agree, as in the motion. A foot that reaches its limit beside such slips
+   gives way then by the forces that have brought it there. */
 static bool solve_looking_ahead(Settling *settling, const Problem *problem) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK(mark, double, answer, K);
     WORK(mark, double, x, K);
+    WORK(mark, bool, led, K);
     WORK_OF(mark, Repetition, last);
     memset(last, 0, sizeof *last);
     bool solved = complementarity_solve(problem, settling->lambda, settling->w);
-    for (int i = 0; i < MOST_LEADS && solved && settling_lead(settling, answer); i++) {
-        for (int k = 0; k < K; k++) {
-            x[k] = answer[k] != 0.0 ? settling->row[k].value : 0.0;
-        }
+    for (int i = 0; i < MOST_LEADS && solved && settling_lead(settling, led, answer); i++) {
+        find_directions(settling, led, x);
         proceed(last, answer, i > 0, x);
-        for (int k = 0; k < K; k++) {
-            settling->row[k].value = answer[k] != 0.0 ? x[k] : settling->row[k].value;
-        }
+        direct(settling, led, x);
         solved = complementarity_solve(problem, settling->lambda, settling->w);
     }
     return arena_leave(mark, solved);

@@ -175,34 +175,41 @@ void settling_slip_direction(const Settling *settling, int contact, double direc
     }
 }
 
-/* direction[2]: to where the slip of a contact is led, by the forces that were found. */
+/* direction[2]: to where the forces found lead the slip of a contact in space; of length 1, that of before at rest. */
 static void lead(const Settling *settling, int contact, double direction[]) {
     const Outlook outlook = contact_outlook(&settling->instance->state, contact);
+    const int first = SLIP_ROWS[contact], k[2] = {ROW_PLACES[first], ROW_PLACES[first + 1]};
     for (int i = 0; i < 2; i++) {
-        const int row = SLIP_ROWS[contact] + i, k = ROW_PLACES[row];
-        direction[i] = settling_slip_velocity(settling, contact, row) + outlook.tau * settling->w[k] -
-                       outlook.kappa * settling->lambda[k];
+        direction[i] = settling_slip_velocity(settling, contact, first + i) + outlook.tau * settling->w[k[i]] -
+                       outlook.kappa * settling->lambda[k[i]];
     }
     const double length = hypot(direction[0], direction[1]);
     for (int i = 0; i < 2; i++) {
-        direction[i] = length > 0.0 ? direction[i] / length : settling->row[ROW_PLACES[SLIP_ROWS[contact] + i]].value;
+        direction[i] = length > 0.0 ? direction[i] / length : settling->row[k[i]].value;
     }
 }
 
-bool settling_lead(const Settling *settling, double directions[]) {
+/* Does the slip of a contact in space go on with friction that looks ahead? */
+static bool looks_ahead(const Settling *settling, int contact) {
+    return contact_slips(contact) == 2 && contact_outlook(&settling->instance->state, contact).tau > 0.0 &&
+           settling->row[ROW_PLACES[SLIP_ROWS[contact]]].law == ROW_SLIDING && goes_on(settling, contact);
+}
+
+bool settling_lead(const Settling *settling, bool led[], double directions[]) {
     bool turned = false;
+    memset(led, 0, K * sizeof *led);
     memset(directions, 0, K * sizeof *directions);
     for (int i = 0; i < N_UNILATERALS; i++) {
-        const bool looks = contact_slips(i) == 2 && contact_outlook(&settling->instance->state, i).tau > 0.0;
         double direction[2];
-        if (!looks || settling->row[ROW_PLACES[SLIP_ROWS[i]]].law != ROW_SLIDING || !goes_on(settling, i)) {
+        if (!looks_ahead(settling, i)) {
             continue;
         }
         lead(settling, i, direction);
         for (int j = 0; j < 2; j++) {
-            const int place = ROW_PLACES[SLIP_ROWS[i] + j];
-            directions[place] = direction[j];
-            turned = turned || fabs(direction[j] - settling->row[place].value) > OBEYED;
+            const int k = ROW_PLACES[SLIP_ROWS[i] + j];
+            led[k] = true;
+            directions[k] = direction[j];
+            turned = turned || fabs(direction[j] - settling->row[k].value) > OBEYED;
         }
     }
     return turned;

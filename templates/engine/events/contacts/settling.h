@@ -93,10 +93,10 @@ void settling_close(Settling *settling, int contact);
 /* direction[slips], of any length: friction on a contact that slides acts against it. */
 void settling_slip_direction(const Settling *settling, int contact, double direction[]);
 
-/* directions[N_CONSTRAINTS]: those of slips in space whose friction looks ahead, where it looks by the forces found in
-   lambda, w: along the slip + tau w - kappa lambda, as in the motion; 0 in other rows. Returns true if they differ from
-   those of the rows by more than OBEYED. */
-bool settling_lead(const Settling *settling, double directions[]);
+/* led[N_CONSTRAINTS]: the rows of slips in space whose friction looks ahead. directions[N_CONSTRAINTS]: to where the
+   forces found in lambda, w lead these slips, along slip + tau w - kappa lambda, as in the motion; 0 in other rows.
+   Returns true if a direction differs from that of its rows by more than OBEYED. */
+bool settling_lead(const Settling *settling, bool led[], double directions[]);
 
 /* Lets a closed contact slide, stick or wait for a lever, as lambda and w say. */
 void settling_carry_out_slip(Settling *settling, int contact);
