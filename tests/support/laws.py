@@ -285,7 +285,9 @@ class Laws:
         )
         result = _ImpactResult()
         if order is None:
-            solved = self._library.impacts_without_collision(ctypes.byref(problem), ctypes.byref(result))
+            solved = self._library.impacts_without_collision(
+                ctypes.byref(problem), ctypes.c_double(1e-6), ctypes.byref(result)
+            )
         else:
             solved, made = True, -1
             while solved and made < result.rounds:  # nothing else comes under load where a contact comes to rest

@@ -95,6 +95,7 @@ typedef struct {
     int64_t event_pending;              /* the solver has come to an event and has not passed it yet */
     int64_t event_held;                 /* the communication step ended at an event, before it was passed */
     int64_t due[SIZE_EVENTS];           /* the event functions that came down there */
+    int64_t jams;                       /* there a force without bound or modes that go round: an impact stops a slip */
     double event_rests[SIZE_EVENTS];    /* how far each of them was from 0 at its last event, by rounding */
     double pending_rests[SIZE_EVENTS];  /* those from the pending event on, if it is passed */
     double contact_sizes[SIZE_EVENTS];  /* typical sizes of the event functions of contacts in their present modes */

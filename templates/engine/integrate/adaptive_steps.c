@@ -3,6 +3,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 #include "contacts.h"
 #include "dense_output.h"
@@ -78,6 +79,33 @@ static bool is_at_pole(Instance *instance, int pole, double shortest) {
         return false;
     }
     return !report_event(instance, FAILURE_EVENT_POLE, instance->state.time, pole);
+}
+
+/* Passes the place where a force of contact has no bound: an impact stops the slip that takes the force its lever.
+   `pole` is its event function, or -1. Derivatives do not pass it. Returns false, with the failure as it is, where
+   nothing slides or no such impact changes anything. */
+static bool pass_pole(Instance *instance, const Companion *with, int pole) {
+    const ArenaMark mark = arena_mark(instance->arena);
+    WORK(mark, double, before, N_STATES);
+    State *state = &instance->state;
+    const Failure failure = instance->failure;
+    if (with != NULL || !contacts_sliding(instance)) {
+        return arena_leave(mark, false);
+    }
+    for (int k = 0; k < N_EVENTS; k++) {
+        state->due[k] = k == pole;
+    }
+    memcpy(before, state->states, N_STATES * sizeof(double));
+    memcpy(state->pending_rests, state->event_rests, sizeof state->event_rests);
+    state->jams = state->event_pending = 1;
+    instance->failure.kind = FAILURE_NONE;
+    const bool passed = pass_event(instance);
+    if (!passed || (!step_waits(instance) && !memcmp(before, state->states, N_STATES * sizeof(double)))) {
+        instance->failure = failure;
+        return arena_leave(mark, false);
+    }
+    state->next_step = step_waits(instance) ? 0.0 : first_step(instance);
+    return arena_leave(mark, true);
 }
 
 /* The relative tolerance of a step. The time at which a slip in space ends is uncertain by the errors of the states
@@ -191,10 +219,12 @@ bool adaptive_steps(Instance *instance, double horizon, const Companion *with) {
             rejected = true;
             propose_shorter(state, tried, error);
             const bool stands = state->next_step < shortest || is_at_kink(instance, step);
-            if (is_at_pole(instance, pole, shortest) ||
-                (stands && !pass_event_ahead(instance, with, shortest))) {
+            const bool at_pole = is_at_pole(instance, pole, shortest);
+            if ((at_pole || (stands && !pass_event_ahead(instance, with, shortest))) &&
+                !pass_pole(instance, with, at_pole ? pole : -1)) {
                 return false;
             }
+            pole = at_pole ? -1 : pole;
         }
     }
     return true;

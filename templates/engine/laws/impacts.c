@@ -33,11 +33,11 @@ Problem impacts_describe(const ImpactProblem *problem, const double velocities[]
                      .row = rows};
 }
 
-void impacts_add(const ImpactContact *contact, bool stops, double least, Row rows[]) {
-    rows[contact->normal].law = stops ? ROW_BILATERAL : ROW_UNILATERAL;
+void impacts_add(const ImpactContact *contact, double least, Row rows[]) {
+    rows[contact->normal].law = ROW_UNILATERAL;
     rows[contact->normal].value = least;
     for (int k = contact->slip; k < contact->slip + contact->slips; k++) {
-        rows[k].law = stops ? ROW_BILATERAL : ROW_TANGENTIAL;
+        rows[k].law = ROW_TANGENTIAL;
         rows[k].normal = contact->normal;
         rows[k].friction = contact->friction;
         rows[k].holding = contact->friction;
@@ -56,7 +56,7 @@ static bool newton(Round *round) {
     for (int c = 0; c < problem->contacts; c++) {
         if (round->takes_part[c]) {
             const int k = problem->contact[c].normal;
-            impacts_add(&problem->contact[c], false, 0.0, rows);
+            impacts_add(&problem->contact[c], 0.0, rows);
             free[k] += round->restitution[c] * fmin(round->before[k], 0.0);
         }
     }
@@ -84,7 +84,7 @@ static bool poisson(Round *round, double part) {
             const ImpactContact *contact = &problem->contact[c];
             const double least = phase == 0 ? 0.0 : part * round->restitution[c] * compression[contact->normal];
             if (round->takes_part[c]) {
-                impacts_add(contact, false, least, rows);
+                impacts_add(contact, least, rows);
             }
         }
         laws.free = phase == 0 ? round->before : middle;

@@ -62,7 +62,7 @@ bool impacts_solve(const ImpactProblem *problem, ImpactOrder order, ImpactResult
 /* The problem from these velocities[rows] on, with rows[rows] that bear no impulse but bilateral ones. */
 Problem impacts_describe(const ImpactProblem *problem, const double velocities[], Row rows[]);
 
-/* Adds a contact that takes part, with this least normal impulse, or stops along all its rows. */
-void impacts_add(const ImpactContact *contact, bool stops, double least, Row rows[]);
+/* Adds a contact that takes part, with this least normal impulse. */
+void impacts_add(const ImpactContact *contact, double least, Row rows[]);
 
 #endif

@@ -1,55 +1,160 @@
-/* Which contacts have to stop is found by trial: first each that slides alone, then all of them together. */
+/* The impulse on the contact that jams grows little by little: its friction turns and slows the slip, until the contact
+   rises again (Routh, Dynamics of a System of Rigid Bodies, part I, 7th edition 1905, chapter 5). */
 #include "impacts_without_collision.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "complementarity.h"
 #include "scale.h"
 #include "vector_length.h"
 
+/* Of increments of an impulse, and of bisections of the last one. */
+enum { MOST_PRESSES = 4096, PRESS_BISECTIONS = 24 };
+
+/* An increment changes the slip by this part of that before the impact. */
+static const double TURN = 1.0 / 256.0;
+
+/* An impact as it goes on. */
+typedef struct {
+    const ImpactProblem *problem;
+    int contact;                /* that jams */
+    double increment;           /* of its normal impulse */
+    double freely;              /* what it would rise by for each unit of impulse without friction */
+    double lever;               /* its rise at the beginning, in units of that */
+    double impulses[SIZE_ROWS]; /* of the last increment, and the velocities behind it */
+    double after[SIZE_ROWS];
+    ImpactResult *result;       /* up to this increment */
+} Press;
+
+static double slip_speed(const ImpactContact *contact, const double velocities[]) {
+    return vector_length(velocities + contact->slip, contact->slips);
+}
+
 static bool impact_slides(const ImpactProblem *problem, int c) {
     const ImpactContact *contact = &problem->contact[c];
-    const double slip = vector_length(problem->velocities + contact->slip, contact->slips);
-    return contact->loaded && contact->friction > 0.0 && slip > 0.0;
+    return contact->loaded && contact->friction > 0.0 && slip_speed(contact, problem->velocities) > contact->slow;
 }
 
-/* Is the impulse that stops a contact within its friction cone? */
-static bool possible(const ImpactContact *contact, const double impulses[]) {
-    const double normal = impulses[contact->normal];
-    const double friction = vector_length(impulses + contact->slip, contact->slips);
-    return normal > 0.0 && friction <= (1.0 + OBEYED) * contact->friction * normal;
-}
-
-/* Stops one contact, or all that slide for -1. */
-static bool stop(const ImpactProblem *problem, int only, ImpactResult *result) {
-    const ArenaMark mark = arena_mark(problem->arena);
+/* The next increment, where the normal impulse is this one or, with the law ROW_UNILATERAL, what stops the contact. */
+static bool press_contact(Press *it, RowLaw law, double increment, bool rubs) {
+    const ArenaMark mark = arena_mark(it->problem->arena);
     WORK(mark, Row, rows, SIZE_ROWS);
-    const Problem laws = impacts_describe(problem, problem->velocities, rows);
-    for (int c = 0; c < problem->contacts; c++) {
-        result->counts[c] = impact_slides(problem, c) && (only < 0 || c == only) ? 1 : 0;
-        if (problem->contact[c].loaded) {
-            impacts_add(&problem->contact[c], result->counts[c] > 0, 0.0, rows);
+    const ImpactContact *contact = &it->problem->contact[it->contact];
+    const Problem laws = impacts_describe(it->problem, it->result->velocities, rows);
+    for (int c = 0; c < it->problem->contacts; c++) {
+        if (it->problem->contact[c].loaded) {
+            impacts_add(&it->problem->contact[c], 0.0, rows);
         }
     }
-    bool stopped = false;
-    bool solved = complementarity_solve(&laws, result->impulses, result->velocities);
-    for (int c = 0; c < problem->contacts && solved; c++) {
-        stopped = stopped || result->counts[c] > 0;
-        solved = result->counts[c] == 0 || possible(&problem->contact[c], result->impulses);
+    rows[contact->normal].law = law;
+    rows[contact->normal].value = law == ROW_GIVEN ? increment : 0.0;
+    for (int k = contact->slip; k < contact->slip + contact->slips && !rubs; k++) {
+        rows[k].law = ROW_FREE;
     }
-    return arena_leave(mark, solved && stopped);
+    return arena_leave(mark, complementarity_solve(&laws, it->impulses, it->after));
 }
 
-bool impacts_without_collision(const ImpactProblem *problem, ImpactResult *result) {
-    bool solved = false;
-    memset(result, 0, sizeof *result);
-    for (int c = 0; c < problem->contacts && !solved; c++) {
-        solved = impact_slides(problem, c) && stop(problem, c, result);
+/* What the contact rises by with this increment, m/s for each unit of impulse. */
+static double pressed_rise(Press *it, double increment, bool rubs) {
+    const int k = it->problem->contact[it->contact].normal;
+    const bool solved = press_contact(it, ROW_GIVEN, increment, rubs);
+    return solved ? (it->after[k] - it->result->velocities[k]) / increment : HUGE_VAL;
+}
+
+/* The increment that was found takes place. */
+static void keep_press(Press *it) {
+    for (int k = 0; k < it->problem->rows; k++) {
+        it->result->impulses[k] += it->impulses[k];
+        it->result->velocities[k] = it->after[k];
     }
-    solved = solved || stop(problem, -1, result);
+}
+
+/* Begins to press a contact that slides. */
+static void begin_press(Press *it, int c) {
+    const ImpactProblem *problem = it->problem;
+    const ImpactContact *contact = &problem->contact[c];
+    const double own = problem->delassus[contact->slip * problem->rows + contact->slip];
+    memset(it->result, 0, sizeof *it->result);
+    memcpy(it->result->velocities, problem->velocities, (size_t)problem->rows * sizeof(double));
+    it->contact = c;
+    it->increment = TURN * slip_speed(contact, problem->velocities) / (own * contact->friction);
+    it->freely = pressed_rise(it, it->increment, false);
+    it->lever = it->freely > 0.0 ? pressed_rise(it, it->increment, true) / it->freely : HUGE_VAL;
+}
+
+/* Begins to press the contact that slides with the least lever; false: none slides. */
+static bool begin_weakest(Press *it) {
+    double least = HUGE_VAL;
+    int which = -1;
+    for (int c = 0; c < it->problem->contacts; c++) {
+        if (impact_slides(it->problem, c)) {
+            begin_press(it, c);
+            which = it->lever < least ? c : which;
+            least = fmin(least, it->lever);
+        }
+    }
+    if (which >= 0) {
+        begin_press(it, which);
+    }
+    return which >= 0;
+}
+
+/* The increment that would turn or slow the slip by TURN as the last one did, at most twice as much. */
+static double next_increment(const Press *it) {
+    const ImpactContact *contact = &it->problem->contact[it->contact];
+    double change[2] = {0.0, 0.0};
+    for (int i = 0; i < contact->slips; i++) {
+        change[i] = it->after[contact->slip + i] - it->result->velocities[contact->slip + i];
+    }
+    const double most = TURN * slip_speed(contact, it->problem->velocities);
+    const double changed = vector_length(change, contact->slips);
+    return it->increment * (2.0 * changed <= most ? 2.0 : most / changed);
+}
+
+/* Presses for as long as the contact sinks in, or rises no more than at the beginning. */
+static bool press_until_it_rises(Press *it) {
+    const double most_rise = (fmax(it->lever, 0.0) + LOCATED) * it->freely;
+    double least = 0.0;
+    int presses = 0;
+    while (presses < MOST_PRESSES && pressed_rise(it, it->increment, true) <= most_rise) {
+        const double next = next_increment(it);
+        keep_press(it);
+        it->increment = next;
+        presses++;
+    }
+    double most = it->increment;
+    for (int i = 0; i < PRESS_BISECTIONS; i++) {
+        const double middle = 0.5 * (least + most);
+        *(pressed_rise(it, middle, true) <= most_rise ? &least : &most) = middle;
+    }
+    if (presses == MOST_PRESSES || !press_contact(it, ROW_GIVEN, most, true)) {
+        return false;
+    }
+    keep_press(it);
+    return true;
+}
+
+bool impacts_without_collision(const ImpactProblem *problem, double most_lever, ImpactResult *result) {
+    const ArenaMark mark = arena_mark(problem->arena);
+    WORK_OF(mark, Press, it);
+    memset(result, 0, sizeof *result);
+    memset(it, 0, sizeof *it);
+    it->problem = problem;
+    it->result = result;
+    if (!begin_weakest(it) || !(it->lever <= most_lever) || !press_until_it_rises(it)) {
+        return arena_leave(mark, false);
+    }
+    if (result->velocities[problem->contact[it->contact].normal] < 0.0) {
+        if (!press_contact(it, ROW_UNILATERAL, 0.0, true)) {
+            return arena_leave(mark, false);
+        }
+        keep_press(it);
+    }
+    result->counts[it->contact] = 1;
     result->rounds = 1;
     for (int k = 0; k < problem->rows; k++) {
         result->lost -= 0.5 * result->impulses[k] * (problem->velocities[k] + result->velocities[k]);
     }
-    return solved;
+    return arena_leave(mark, true);
 }

@@ -4,10 +4,12 @@
 
 #include "impacts.h"
 
-/* Impact without collision, where Painleve's paradox leaves no solution for accelerations: contacts that slide while
-   their normal velocity is 0 get impulses until the slip has stopped, the others that bear a load take part with
-   restitution 0 (Genot, Brogliato, New results on Painleve paradoxes, Eur. J. Mech. A 1999; Glocker, Set-Valued Force
-   Laws, 2001). One contact stops if that is enough, the first that can, else all do. False: no impulse stops a slip. */
-bool impacts_without_collision(const ImpactProblem *problem, ImpactResult *result);
+/* Impact without collision, where Painleve's paradox leaves no solution for accelerations, or a force without bound: a
+   contact that slides while its normal velocity is 0 gets an impulse until its slip has stopped, or has turned so that
+   friction no longer pulls the contact in. The others that bear a load take part with restitution 0. The contact is the
+   one with the least lever: what an impulse lifts it by, in units of what it would without friction. Genot, Brogliato,
+   New results on Painleve paradoxes, Eur. J. Mech. A 1999. False: no contact that slides has so little a lever, or no
+   impulse stops its slip. */
+bool impacts_without_collision(const ImpactProblem *problem, double most_lever, ImpactResult *result);
 
 #endif

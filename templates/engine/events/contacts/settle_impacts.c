@@ -66,6 +66,7 @@ static bool find_loads(Settling *settling, bool loaded[]) {
 /* What belongs to an impact at this point. */
 typedef struct {
     bool collision;
+    double most_lever; /* without a collision: see impacts_without_collision */
     bool loaded[SIZE_UNILATERALS]; /* takes part though it does not approach */
     double start[N];               /* the velocities before; friction as it is there, in all rounds */
     double friction[SIZE_UNILATERALS];
@@ -170,7 +171,7 @@ static bool make_rounds(Settling *settling, Impact *impact) {
     const ImpactProblem problem = {mark.arena, K,       settling->delassus, settling->velocity,
                                    bilateral,  impact->count, contact, CHANGING_RESTITUTION};
     if (!(impact->collision ? impacts_solve(&problem, order, &impact->result)
-                            : impacts_without_collision(&problem, &impact->result))) {
+                            : impacts_without_collision(&problem, impact->most_lever, &impact->result))) {
         return arena_leave(mark, false);
     }
     move(settling, impact->start, impact->result.impulses);
@@ -240,10 +241,11 @@ bool settling_impacts(Settling *settling, bool *jumped) {
     return arena_leave(mark, true);
 }
 
-bool settling_without_collision(Settling *settling, bool *jumped) {
+bool settling_without_collision(Settling *settling, double most_lever, bool *jumped) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK_OF(mark, Impact, impact);
     memset(impact, 0, sizeof *impact);
+    impact->most_lever = most_lever;
     for (int i = 0; i < N_UNILATERALS; i++) {
         impact->loaded[i] = settling->row[ROW_PLACES[i]].law == ROW_UNILATERAL;
     }

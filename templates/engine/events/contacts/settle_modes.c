@@ -315,13 +315,39 @@ bool settling_relieve(Settling *settling) {
     return arena_leave(mark, true);
 }
 
+/* Is a force so great that its contact has hardly a lever? The next smooth motion would begin beside a pole. */
+static bool lacks_lever(const Settling *settling) {
+    double greatest = 0.0;
+    bool lacks = false;
+    for (int k = 0; k < K; k++) {
+        greatest = fmax(greatest, fabs(settling->free[k]));
+    }
+    for (int i = 0; i < N_UNILATERALS; i++) {
+        const int k = ROW_PLACES[i];
+        lacks = lacks || LOCATED * settling->delassus[k * K + k] * settling->lambda[k] > greatest;
+    }
+    return lacks;
+}
+
+/* Solves the laws. Where there are no forces, or they have no bound, an impact comes before that stops the slip. Steps
+   end some way before the pole of a force, so that its contact still has a lever there. */
+static bool solve_or_jam(Settling *settling, bool *jumped) {
+    State *state = &settling->instance->state;
+    const bool at_pole = state->jams != 0;
+    bool solved = settling_laws(settling);
+    state->jams = 0;
+    if ((!solved || at_pole || lacks_lever(settling)) &&
+        settling_without_collision(settling, at_pole ? LOCATED_LOOSELY : LOCATED, jumped)) {
+        solved = settling_laws(settling);
+    }
+    return solved;
+}
+
 bool settling_modes(Settling *settling, bool *jumped) {
     const ArenaMark mark = arena_mark(settling->instance->arena);
     WORK(mark, bool, leaves, SIZE_UNILATERALS);
     Instance *instance = settling->instance;
-    const bool solved =
-        settling_laws(settling) || (settling_without_collision(settling, jumped) && settling_laws(settling));
-    if (!solved) {
+    if (!solve_or_jam(settling, jumped)) {
         return arena_leave(mark, settling_fail(instance));
     }
     watch_solutions(settling);

@@ -107,9 +107,9 @@ void settling_give_way(Settling *settling, int contact, const double loads[]);
 /* Impacts: changes velocities until nothing approaches, and latches hold. *jumped is set if velocities changed. */
 bool settling_impacts(Settling *settling, bool *jumped);
 
-/* An impact without a collision, where sliding friction leaves no forces that obey the laws: it stops a slip. Returns
-   false if that is not the reason. */
-bool settling_without_collision(Settling *settling, bool *jumped);
+/* An impact without a collision, where sliding friction leaves no forces that obey the laws: it stops a slip whose
+   contact has no more than this lever, see impacts_without_collision. Returns false if there is none. */
+bool settling_without_collision(Settling *settling, double most_lever, bool *jumped);
 
 /* Within an impact: loaded[i] becomes true where forces at the present velocities press on a touching contact that does
    not approach. Where no forces obey the laws nothing changes. */
