@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from difflib import get_close_matches
 from pathlib import Path
 
 import click
@@ -25,7 +24,7 @@ from lag2fmu.progress import progress_bar
 from lag2fmu.reference.trajectory import Trajectory, read_csv
 from lag2fmu.verify import entry_points
 from lag2fmu.verify.instances import description_of
-from lag2fmu.verify.plan import times_of
+from lag2fmu.verify.plan import check_known, recorded, times_of
 from lag2fmu.verify.run import Run
 from lag2fmu.verify.scalars import scalars_of
 from lag2fmu.verify.watched_runs import watched
@@ -71,21 +70,11 @@ def _until(source: Model, stop_time: float | None) -> float | None:
 
 
 def _recorded(path: Path, wanted: tuple[str, ...]) -> list[str]:
-    """The outputs of the FMU ``path`` and the ``wanted`` variables, where 'all' stands for every local variable.
-
-    Raises LoadError for a name that the FMU does not have.
-    """
+    """The outputs of the FMU ``path`` and the ``wanted`` variables; raises LoadError for one that it does not have."""
     scalars = scalars_of(description_of(path), path)
-    own = {
-        kind: [name for name, s in scalars.items() if s.variable.causality == kind and not s.variable.alias]
-        for kind in ("output", "local")
-    }
-    for name in wanted:
-        if name != "all" and name not in scalars:
-            near = get_close_matches(name, scalars) or own["local"]
-            raise LoadError(f"--output {name}: there is no such variable; known are {', '.join(near)}")
-    named = [x for name in wanted for x in (own["local"] if name == "all" else [name])]
-    return [*dict.fromkeys([*own["output"], *named])]
+    names = recorded(Run(outputs=[*recorded(Run(), scalars), *wanted]), scalars)
+    check_known(names, list(scalars), "variable")
+    return list(dict.fromkeys(names))
 
 
 def _seen_in_plots(drawn: Mechanism | None) -> list[str]:

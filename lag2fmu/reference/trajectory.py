@@ -76,7 +76,12 @@ class Trajectory:
         return iter(self.names)
 
     def __getitem__(self, name: str | Sequence[str]) -> Floats:
-        """The column ``name`` (m,), or those of k names (m, k), in SI units; raises SimulationError without it."""
+        """The column ``name`` (m,), or those of k names (m, k), in SI units; raises SimulationError without it.
+
+        The name ``"time"`` gives the times (m,), in s.
+        """
+        if isinstance(name, str) and name == "time" and name not in self.names:
+            return self.time
         return self.columns([name])[:, 0] if isinstance(name, str) else self.columns(name)
 
     def columns(self, names: Sequence[str]) -> Floats:

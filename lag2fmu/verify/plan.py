@@ -26,17 +26,29 @@ MOST_POINTS = 20_000_000
 """Communication points of a run, at most: a gigabyte of memory for six variables."""
 INPUT_ORDERS = 3
 """The highest order of the derivatives of inputs: signals are cubic between their points."""
+ALL = "all"
+"""Among outputs: every output and local variable."""
 LEAST_TOLERANCE = 2e-15
 """The relative tolerance that rounding allows."""
 
 
 def recorded(run: Run, scalars: Mapping[str, Scalar]) -> list[str]:
-    """The names of what is recorded; raises LoadError for outputs that are no list of names."""
-    outputs = [s.name for s in scalars.values() if s.variable.causality == "output" and not s.variable.alias]
+    """The names of what is recorded, where 'all' stands for every output and local variable.
+
+    Raises LoadError for outputs that are no list of names.
+    """
+    outputs, local = ([s.name for s in scalars.values() if _is_own(s, kind)] for kind in ("output", "local"))
     if run.outputs is not None:
         check_names("outputs", run.outputs)
     found = outputs if run.outputs is None else list(run.outputs)
+    if ALL in found and ALL not in scalars:
+        found = list(dict.fromkeys([*outputs, *local, *(name for name in found if name != ALL)]))
     return found + [name for name in run.beside if name in scalars and name not in found]
+
+
+def _is_own(scalar: Scalar, causality: str) -> bool:
+    """Is this variable of the FMU of this ``causality``, and no other name of another?"""
+    return bool(scalar.variable.causality == causality and not scalar.variable.alias)
 
 
 def planned(description: Any, scalars: Mapping[str, Scalar], run: Run) -> Plan:

@@ -40,7 +40,8 @@ class Run:
     - ``inputs``: signals, linear between their times; a motion that is given by position alone is a spline.
     - ``feedback``: computes inputs from outputs during the run, instead of ``inputs``.
     - ``hold``: inputs keep their values during a communication step.
-    - ``outputs``: the names that are recorded, by default all outputs; ``beside``: further names, if the FMU has them.
+    - ``outputs``: the names that are recorded, by default all outputs; "all" among them: every local variable, too.
+    - ``beside``: further names that are recorded if the FMU has them.
     - ``progress``: called with the time reached (s).
     - ``warned``: called with each warning of the FMU, which is logged otherwise.
     - ``recorded``: called with each row that the run of a system records: names (k,), the time (s), values (k,).

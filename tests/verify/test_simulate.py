@@ -26,6 +26,15 @@ from lag2fmu.verify.simulate import Run, simulate_fmu
 pytestmark = pytest.mark.fmu
 
 
+def test_all_stands_for_every_output_and_local_variable(exported) -> None:
+    """In any place of the list, once each, the outputs first; "time" is the column of times."""
+    own = lag2fmu.simulate(exported("pendulum"), stop_time=0.1, step=0.1)
+    run = lag2fmu.simulate(exported("pendulum"), stop_time=0.1, step=0.1, outputs=["total_energy", "all"])
+    assert run.names[: len(own.names)] == own.names
+    assert {"theta_ddot", "total_energy", "kinetic_energy"} < set(run.names)
+    assert run["time"].tolist() == [0, 0.1]
+
+
 def test_outputs_and_times_by_default(exported) -> None:
     run = lag2fmu.simulate(exported("cart_pole"))
     assert run.names == ("x", "theta", "x_dot", "theta_dot", "x_tip", "y_tip")
