@@ -15,6 +15,7 @@ from lag2fmu.mechanism.assembly import assembled
 from lag2fmu.mechanism.check import check
 from lag2fmu.mechanism.completed import Completed
 from lag2fmu.mechanism.compliance import compliant_contacts
+from lag2fmu.mechanism.contact_lengths import skewed_contacts
 from lag2fmu.mechanism.energy_check import bent_places, check_energies, cut_angles
 from lag2fmu.mechanism.event_check import check_events, check_meaning
 from lag2fmu.mechanism.filters import with_filters
@@ -66,6 +67,7 @@ def completed(written: Description) -> Completed:
     chosen = permanent.ports.inputs
     hidden = frozenset() if chosen is None else frozenset(input_names(permanent)) - frozenset(chosen)
     odd = (*warnings, *cut_angles(expanded), *bent_places(expanded), *_held_guesses(expanded, scope))
+    odd += tuple(skewed_contacts(expanded, found))
     return Completed(permanent, kept, odd, found, latches, fixed, hidden)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import sympy as sp
 
@@ -106,6 +107,15 @@ def _without_steps(gap: sp.Expr) -> sp.Expr:
     return gap.xreplace(dict.fromkeys(steps, sp.S.One)) if steps else gap
 
 
+def _size_of_terms(x: sp.Expr, start: Mapping[str, float]) -> float:
+    """The sum of the absolute terms of ``x``, those of its factors included, which bounds its rounding."""
+    if x.is_Add:
+        return sum(_size_of_terms(term, start) for term in x.args)
+    if x.is_Mul:
+        return math.prod(_size_of_terms(factor, start) for factor in x.args)
+    return abs(value_at(x, start) or 0.0)
+
+
 def check_open(m: Description, found: Iterable[Unilateral], *, solved: bool = False) -> None:
     """Raise MechanismError for a gap that is negative at the start, beyond rounding.
 
@@ -115,8 +125,8 @@ def check_open(m: Description, found: Iterable[Unilateral], *, solved: bool = Fa
     poses, start, rounding = poses_of(m), start_values(m, guesses=solved), _SOLVED if solved else _ROUNDING
     for unilateral in found:
         gap = poses.resolved(unilateral.gap)
-        value, terms = value_at(gap, start), [value_at(term, start) or 0.0 for term in sp.Add.make_args(gap)]
-        if value is not None and value < -rounding * sum(map(abs, terms)):
+        value = value_at(gap, start)
+        if value is not None and value < -rounding * _size_of_terms(gap, start):
             used = free_names([gap])
             moving = [q.name for q in m.coordinates if q.name in used]
             si = "1" if unilateral.unit is None else unilateral.unit.si_name
