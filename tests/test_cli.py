@@ -255,7 +255,7 @@ def test_export_simulate_validate(run) -> None:
     more = run("simulate", "x.fmu", "--stop-time", "1e-3", "--output", "p_x", "--output", "x_ddot", "-o", "-")
     assert more.stdout.splitlines()[0].endswith("p_x [kg.m/s],x_ddot [m/s2]"), more.output
     assert len(more.stdout.splitlines()) > 2, "the usual step is longer than the run"
-    assert "known are kinetic_energy" in run("simulate", "x.fmu", "--output", "kinetic_energi").output
+    assert "did you mean 'kinetic_energy'" in run("simulate", "x.fmu", "--output", "kinetic_energi").output
     assert Path("run.svg").read_text("utf-8").startswith("<?xml")
     result = run("validate", "x.fmu", "--stop-time", "2", "--report", "r.json", "--report", "r.png")
     assert result.exit_code == 0

@@ -126,7 +126,7 @@ def check_open(m: Description, found: Iterable[Unilateral], *, solved: bool = Fa
     for unilateral in found:
         gap = poses.resolved(unilateral.gap)
         value = value_at(gap, start)
-        if value is not None and value < -rounding * _size_of_terms(gap, start):
+        if value is not None and value < 0 and value < -rounding * _size_of_terms(gap, start):
             used = free_names([gap])
             moving = [q.name for q in m.coordinates if q.name in used]
             si = "1" if unilateral.unit is None else unilateral.unit.si_name
