@@ -65,8 +65,8 @@ def _translations(m: Description, poses: Poses, known: Values) -> list[Axes]:
             for body, (origin, turn) in places.items()
             if symbol(name) in origin.free_symbols | turn.free_symbols
         }
-        first = next(iter(ways.values()), None)
-        if first is not None and all(way is not None and math.dist(way, first) <= _TYPED for way in ways.values()):
+        first = next(iter(ways.values()), ())
+        if first and all(way and math.dist(way, first) <= _TYPED for way in ways.values()):
             moved.setdefault(frozenset(ways), {})[name] = first
     return [axes for axes in moved.values() if len(axes) == m.dimension and _are_square([*axes.values()], 1.0)]
 
@@ -79,18 +79,19 @@ def _place(body: Body, poses: Poses) -> tuple[sp.Matrix, sp.Matrix]:
     return poses.column(body.position or ()), sp.Matrix([poses.resolved(body.angle or 0)])
 
 
-def _constant(way: sp.Matrix, turn: sp.Matrix, name: str, coordinates: set[str], known: Values) -> Vector | None:
-    """The value (3,) of how a coordinate moves a body; None if that depends on the motion, or the body turns."""
+def _constant(way: sp.Matrix, turn: sp.Matrix, name: str, coordinates: set[str], known: Values) -> Vector:
+    """The value (3,) of how a coordinate moves a body; () if that depends on the motion, or the body turns."""
     if symbol(name) in turn.free_symbols or {str(x) for x in way.free_symbols} & coordinates:
-        return None
+        return ()
     return _values(list(way), known)
 
 
-def _values(row: Iterable[sp.Expr], at: Values) -> Vector | None:
+def _values(row: Iterable[sp.Expr], at: Values) -> Vector:
+    """The values of a ``row`` of expressions in SI units; () if one has none."""
     try:
         return tuple(value_of(x, at) for x in row)
     except _NO_VALUE:
-        return None
+        return ()
 
 
 def _are_square(rows: Sequence[Vector], length: float) -> bool:
@@ -115,7 +116,7 @@ def _skew(
     slopes += [[row.diff(symbol(velocity(name))) for name in names] for row in rows[1:]]
     for at in _places(m, known):
         if any(slope != 0 for slope in slopes[0]) and _touch(rows[0], slopes[0], names, at):
-            found = [vector for row in slopes if (vector := _values(row, at)) is not None]
+            found = [vector for row in slopes if any(vector := _values(row, at))]
             if len(found) == len(slopes) and not _are_square(found, math.hypot(*found[0])):
                 return _sentence(contact, {name: at[name] for name in names}, found)
     return None
@@ -133,7 +134,7 @@ def _touch(gap: sp.Expr, slopes: Sequence[sp.Expr], names: Sequence[str], at: Va
     """Move the coordinates ``names`` of ``at`` along the slopes to where the gap is 0; False if there is none."""
     for _ in range(_STEPS):
         found = _values((gap, *slopes), at)
-        if found is None or not any(found[1:]):
+        if not any(found[1:]):
             return False
         share = found[0] / sum(x * x for x in found[1:])
         moves = [share * x for x in found[1:]]
@@ -144,6 +145,7 @@ def _touch(gap: sp.Expr, slopes: Sequence[sp.Expr], names: Sequence[str], at: Va
 
 
 def _sentence(contact: Unilateral, at: Values, found: Sequence[Vector]) -> str:
+    """What is wrong with the slopes ``found`` of gap and slips, where the contact touches ``at`` these coordinates."""
     grows, *slips = (f"{math.hypot(*row):.4g}" for row in found)
     return (
         f"{contact.where}: friction is not {contact.name}_force times its coefficient. Where "

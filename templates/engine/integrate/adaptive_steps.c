@@ -82,16 +82,19 @@ static bool is_at_pole(Instance *instance, int pole, double shortest) {
 }
 
 /* Passes the place where a force of contact has no bound: an impact stops the slip that takes the force its lever.
-   `pole` is its event function, or -1. Derivatives do not pass it. Returns false, with the failure as it is, where
-   nothing slides or no such impact changes anything. */
+   `pole` is its event function, or -1. Derivatives do not pass it. An importer that passes events itself gets no second
+   one at that time: where no impact changes anything they would have no end. Returns false, with the failure as it is,
+   where nothing slides or no such impact changes anything. */
 static bool pass_pole(Instance *instance, const Companion *with, int pole) {
     const ArenaMark mark = arena_mark(instance->arena);
     WORK(mark, double, before, N_STATES);
     State *state = &instance->state;
     const Failure failure = instance->failure;
-    if (with != NULL || !contacts_sliding(instance)) {
+    const bool awaited = instance->listener.awaits_events, again = awaited && state->event_time >= state->time;
+    if (with != NULL || again || !contacts_sliding(instance)) {
         return arena_leave(mark, false);
     }
+    state->event_time = awaited ? state->time : state->event_time;
     for (int k = 0; k < N_EVENTS; k++) {
         state->due[k] = k == pole;
     }

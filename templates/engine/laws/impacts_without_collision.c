@@ -31,9 +31,19 @@ static double slip_speed(const ImpactContact *contact, const double velocities[]
     return vector_length(velocities + contact->slip, contact->slips);
 }
 
+/* What a unit of friction alone makes of a slip, m/s, at most; 0 where a motion prescribes it. */
+static double mobility_of_slip(const ImpactProblem *problem, const ImpactContact *contact) {
+    double greatest = 0.0;
+    for (int k = contact->slip; k < contact->slip + contact->slips; k++) {
+        greatest = fmax(greatest, problem->delassus[k * problem->rows + k]);
+    }
+    return greatest;
+}
+
 static bool impact_slides(const ImpactProblem *problem, int c) {
     const ImpactContact *contact = &problem->contact[c];
-    return contact->loaded && contact->friction > 0.0 && slip_speed(contact, problem->velocities) > contact->slow;
+    return contact->loaded && contact->friction > 0.0 && slip_speed(contact, problem->velocities) > contact->slow &&
+           mobility_of_slip(problem, contact) > 0.0;
 }
 
 /* The next increment, where the normal impulse is this one or, with the law ROW_UNILATERAL, what stops the contact. */
@@ -74,11 +84,11 @@ static void keep_press(Press *it) {
 static void begin_press(Press *it, int c) {
     const ImpactProblem *problem = it->problem;
     const ImpactContact *contact = &problem->contact[c];
-    const double own = problem->delassus[contact->slip * problem->rows + contact->slip];
+    const double mobility = mobility_of_slip(problem, contact);
     memset(it->result, 0, sizeof *it->result);
     memcpy(it->result->velocities, problem->velocities, (size_t)problem->rows * sizeof(double));
     it->contact = c;
-    it->increment = TURN * slip_speed(contact, problem->velocities) / (own * contact->friction);
+    it->increment = TURN * slip_speed(contact, problem->velocities) / (mobility * contact->friction);
     it->freely = pressed_rise(it, it->increment, false);
     it->lever = it->freely > 0.0 ? pressed_rise(it, it->increment, true) / it->freely : HUGE_VAL;
 }
